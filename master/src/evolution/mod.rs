@@ -1,0 +1,1 @@
+//! Population, selection and reproduction: pure functions.

@@ -1,0 +1,53 @@
+//! Experiments that are shipped with the simulator.
+
+use super::{Experiment, ExperimentError};
+
+/// A shipped experiment.
+#[derive(Debug, Clone, Copy)]
+pub struct Preset {
+    /// Name on the command line, and of the experiment.
+    pub name: &'static str,
+    /// The experiment file.
+    pub toml: &'static str,
+}
+
+/// All presets, the quickest first.
+pub const PRESETS: &[Preset] = &[
+    Preset { name: "quickstart", toml: include_str!("../../presets/quickstart.toml") },
+    Preset { name: "elementary", toml: include_str!("../../presets/elementary.toml") },
+];
+
+impl Preset {
+    /// The preset of that name.
+    #[must_use]
+    pub fn find(name: &str) -> Option<&'static Self> {
+        PRESETS.iter().find(|preset| preset.name == name)
+    }
+
+    /// The preset with `key=value` overrides applied.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] when an override does not fit.
+    pub fn experiment(&self, overrides: &[String]) -> Result<Experiment, ExperimentError> {
+        Experiment::from_toml(self.name, self.toml, overrides)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_preset_is_valid_and_carries_its_name() {
+        for preset in PRESETS {
+            let experiment = preset.experiment(&[]).unwrap();
+            assert_eq!(experiment.name, preset.name);
+        }
+    }
+
+    #[test]
+    fn elementary_is_the_default_experiment() {
+        let preset = Preset::find("elementary").unwrap();
+        assert_eq!(preset.experiment(&[]), Ok(Experiment::default()));
+    }
+}

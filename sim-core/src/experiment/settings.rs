@@ -1,0 +1,251 @@
+//! The sections of an experiment file. "Paper" marks a value the paper gives; the others are ours.
+
+use serde::{Deserialize, Serialize};
+
+/// Which physics engine runs the trials.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Engine {
+    /// Trials side by side in vector lanes, written for this robot.
+    #[default]
+    Lockstep,
+}
+
+/// Selection and variation (paper, section II.C).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Evolution {
+    /// Genotypes in a generation; paper: 100.
+    pub population: u32,
+    /// Best genotypes that reproduce; paper: 20. `parents * offspring` is `population`.
+    pub parents: u32,
+    /// Offspring of each parent, the first of them unvaried; paper: 5.
+    pub offspring: u32,
+    /// Probability with which each bit of a varied offspring flips; paper, first phase: 0.005 %.
+    pub mutation: f64,
+    /// Generations after which object and target positions are drawn anew.
+    pub draws_every: u32,
+    /// Whether a replication ends with its first individual that succeeds in all trials.
+    pub stop_at_optimum: bool,
+}
+
+impl Default for Evolution {
+    fn default() -> Self {
+        Self {
+            population: 100,
+            parents: 20,
+            offspring: 5,
+            mutation: 0.00005,
+            draws_every: 1,
+            stop_at_optimum: false,
+        }
+    }
+}
+
+/// The neural controller (paper, section II.B).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Controller {
+    /// Weights and biases lie in [-weight_range, weight_range]; paper: 1.
+    pub weight_range: f64,
+    /// Slope of the logistic function.
+    pub slope: f64,
+    /// Distance along an axis that a position sensor reports as 1, in metres.
+    pub position_scale: f64,
+    /// Bound of a position sensor's magnitude.
+    pub position_limit: f64,
+    /// Whether the 15 internal neurons are connected among themselves.
+    pub recurrent: bool,
+}
+
+impl Default for Controller {
+    fn default() -> Self {
+        Self { weight_range: 1.0, slope: 2.0, position_scale: 0.05, position_limit: 2.0, recurrent: false }
+    }
+}
+
+/// Settings of the physics engine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Physics {
+    /// Physics steps in a control step of 50 ms.
+    pub substeps: u32,
+    /// Gauss-Seidel sweeps over the contacts in a physics step.
+    pub sweeps: u32,
+    /// Coulomb friction coefficient of every contact.
+    pub friction: f64,
+}
+
+impl Default for Physics {
+    fn default() -> Self {
+        Self { substeps: 8, sweeps: 8, friction: 1.0 }
+    }
+}
+
+/// Where object and target are placed; root frame, metres (paper, section II.A).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scene {
+    /// The object is moved by up to this much from its area's centre along x and y; paper: 0.02.
+    pub object_jitter: f64,
+    /// Share of `object_jitter` that is used in GRASP, whose hand starts over the object.
+    pub grasp_jitter_share: f64,
+    /// The target is moved by up to this much from its area's centre along x, y and z.
+    pub target_jitter: f64,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self { object_jitter: 0.02, grasp_jitter_share: 0.25, target_jitter: 0.02 }
+    }
+}
+
+/// What the trials of all behaviours share.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Trials {
+    /// Control steps for which the goal must hold without a break; the trial then ends.
+    pub hold: u32,
+    /// Share of the score that reaching the goal gives; the rest is the mean of the graded reward.
+    pub goal_share: f64,
+    /// Factor on the graded reward while the focus is on the wrong thing.
+    pub wrong_focus: f64,
+}
+
+impl Default for Trials {
+    fn default() -> Self {
+        Self { hold: 3, goal_share: 0.2, wrong_focus: 0.3 }
+    }
+}
+
+/// Closeness, as rewards grade it: the mean of two ramps, each 1 up to distance `full` and 0 from `full` plus its own
+/// width on. The wide one pulls from afar, the narrow one harder near the goal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Near {
+    /// Distance up to which closeness is 1, in metres.
+    pub full: f64,
+    /// Width of the wide ramp, in metres.
+    pub wide: f64,
+    /// Width of the narrow ramp, in metres.
+    pub narrow: f64,
+}
+
+impl Default for Near {
+    fn default() -> Self {
+        Self { full: 0.04, wide: 0.26, narrow: 0.08 }
+    }
+}
+
+/// REACH: the palm comes close to the top of the object.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Reach {
+    /// Length of a trial in control steps.
+    pub steps: u32,
+    /// The goal: the palm is closer than this to the top of the object, in metres; paper: 0.06.
+    pub goal_distance: f64,
+    /// How closeness of palm and object is graded.
+    pub near: Near,
+    /// Weight of closeness in the graded reward; the rest is the palm's alignment with straight down.
+    pub near_weight: f64,
+}
+
+impl Default for Reach {
+    fn default() -> Self {
+        Self { steps: 60, goal_distance: 0.06, near: Near::default(), near_weight: 0.75 }
+    }
+}
+
+/// OPEN: the fingers are stretched and the palm faces down, close to the top of the object.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Open {
+    /// Length of a trial in control steps.
+    pub steps: u32,
+    /// The goal's distance from palm to the top of the object, in metres; paper: 0.06.
+    pub goal_distance: f64,
+    /// The goal's extension of the fingers: 1 minus their mean flexion, as shares of their ranges.
+    pub goal_extension: f64,
+    /// The goal's alignment: cosine of the angle between the palm's outward normal and straight down.
+    pub goal_alignment: f64,
+    /// How closeness of palm and object is graded.
+    pub near: Near,
+}
+
+impl Default for Open {
+    fn default() -> Self {
+        Self {
+            steps: 60,
+            goal_distance: 0.06,
+            goal_extension: 0.7,
+            goal_alignment: 0.85,
+            near: Near::default(),
+        }
+    }
+}
+
+/// GRASP: the fingers close around the object.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Grasp {
+    /// Length of a trial in control steps.
+    pub steps: u32,
+    /// The goal's distance from the object's centre to the centroid of thumb tip, little finger tip and palm, in metres.
+    pub goal_distance: f64,
+    /// The goal's number of touch sensors in contact with the object; the caretaker's rule in the paper: 3.
+    pub goal_touches: u32,
+    /// How closeness of that centroid is graded.
+    pub near: Near,
+    /// Weight of closeness in the graded reward.
+    pub near_weight: f64,
+    /// Weight of the fingers' flexion; the rest is the share of `goal_touches` in contact.
+    pub flexion_weight: f64,
+    /// Mean flexion, as a share of the range, from which on it is fully rewarded.
+    pub full_flexion: f64,
+}
+
+impl Default for Grasp {
+    fn default() -> Self {
+        Self {
+            steps: 60,
+            goal_distance: 0.04,
+            goal_touches: 3,
+            near: Near::default(),
+            near_weight: 0.5,
+            flexion_weight: 0.2,
+            full_flexion: 0.5,
+        }
+    }
+}
+
+/// MOVE: the object is carried to the target.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Move {
+    /// Length of a trial in control steps.
+    pub steps: u32,
+    /// The goal: the object is closer than this to the target, in metres; paper: 0.06.
+    pub goal_distance: f64,
+    /// How closeness of object and target is graded.
+    pub near: Near,
+    /// Weight of closeness in the graded reward; the rest is given while the object is held.
+    pub near_weight: f64,
+    /// Touch sensors in contact from which on the object counts as held.
+    pub held_touches: u32,
+    /// Height of the object's base above the table from which on it counts as held, in metres.
+    pub held_height: f64,
+}
+
+impl Default for Move {
+    fn default() -> Self {
+        Self {
+            steps: 80,
+            goal_distance: 0.06,
+            near: Near::default(),
+            near_weight: 0.6,
+            held_touches: 2,
+            held_height: 0.04,
+        }
+    }
+}
