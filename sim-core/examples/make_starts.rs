@@ -1,7 +1,8 @@
 //! Finds the 16 initial postures and writes them as `assets/starts.toml`.
 //!
 //! All postures belong to one family: inverse kinematics from one preferred posture, found by random search for one
-//! from which a scripted grasp lifts the object in all four areas. Each grasp is tried in the physics engine.
+//! from which a scripted grasp lifts the object in all four areas. Each grasp is tried in the physics engine, with the
+//! object moved a little and the fingers closed at once or slowly, and has to lift the object every time.
 //!
 //! Run from the repository's root, and look at the difference before keeping it:
 //! `cargo run --release -p selftalk-sim --example make_starts > starts.toml && mv starts.toml sim-core/assets/`
@@ -16,19 +17,33 @@ use selftalk_sim::robot::{HandGoal, JOINTS, RobotModel, joint};
 use selftalk_sim::scene;
 
 /// Torso and arm of the preferred posture, in radians.
-const PREFERRED: [f64; 9] = [0.030, 0.026, -1.091, 1.834, 1.186, 1.500, 0.828, -0.133, 0.194];
+const PREFERRED: [f64; 9] = [-0.0483, 0.0209, -1.0808, 1.8265, 1.2742, 1.3999, 1.0017, -0.1871, 0.0227];
 /// Where the object's centre is in the hand's frame when the hand is over it, in metres.
-const GRIP: [f64; 3] = [0.065, -0.052, 0.029];
+const GRIP: [f64; 3] = [0.0693, -0.0522, 0.0308];
 /// How the hand slopes when it is over the object, in radians.
-const TILT: f64 = 0.274;
-const ROLL: f64 = 0.291;
+const TILT: f64 = 0.1673;
+const ROLL: f64 = 0.2420;
 /// Opposition of the thumb as a share of its range.
-const OPPOSITION: f64 = 0.718;
+const OPPOSITION: f64 = 0.7513;
 
 /// Flexion of the fingers as a share of their range: stretched, at rest, and closed.
-const STRETCHED: f64 = 0.1;
+const STRETCHED: f64 = 0.0909;
 const AT_REST: f64 = 0.3;
 const CLOSED: f64 = 0.9;
+
+/// How far the object is moved from the grip's middle when a grasp is tried, in metres.
+const SHIFTS: [[f64; 2]; 8] = [
+    [0.0, 0.0],
+    [0.006, 0.0],
+    [-0.006, 0.0],
+    [0.0, 0.006],
+    [0.0, -0.006],
+    [0.006, 0.006],
+    [-0.006, -0.006],
+    [0.006, -0.006],
+];
+/// Control steps in which the fingers' targets go from stretched to closed when a grasp is tried.
+const CLOSING: [u32; 2] = [1, 10];
 
 /// How high the object is lifted for MOVE, in metres.
 const LIFT: f64 = 0.08;
@@ -143,15 +158,26 @@ fn grasp_and_lift(
         let over = with_flexion(robot, bring(robot, object, tilt, roll, centre)?, STRETCHED);
         let lifted = with_flexion(robot, bring(robot, [x, y, z + LIFT], tilt, roll, &over)?, CLOSED);
         let closed = with_flexion(robot, over, CLOSED);
-        let placement = Placement { angles: over, targets: over, object, orientation: [1.0, 0.0, 0.0, 0.0] };
-        engine.place(0, &placement);
-        drive(engine, &closed, &closed, 30);
-        drive(engine, &closed, &lifted, 40);
-        drive(engine, &lifted, &lifted, 60);
-        let seen = engine.observe(0);
-        let touches = seen.touch.iter().filter(|touch| **touch).count();
-        let held = (seen.object[2] - z - LIFT).abs() < 0.02 && touches >= 3;
-        held.then(|| {
+        let mut seen = None;
+        for shift in SHIFTS {
+            for closing in CLOSING {
+                let object = [x + shift[0], y + shift[1], z];
+                let placement =
+                    Placement { angles: over, targets: over, object, orientation: [1.0, 0.0, 0.0, 0.0] };
+                engine.place(0, &placement);
+                drive(engine, &over, &closed, closing);
+                drive(engine, &closed, &closed, 30);
+                drive(engine, &closed, &lifted, 40);
+                drive(engine, &lifted, &lifted, 60);
+                let now = engine.observe(0);
+                let touches = now.touch.iter().filter(|touch| **touch).count();
+                if (now.object[2] - z - LIFT).abs() > 0.02 || touches < 3 {
+                    return None;
+                }
+                seen.get_or_insert(now);
+            }
+        }
+        seen.map(|seen| {
             let state = Start {
                 angles: rounded(seen.angles),
                 targets: rounded(lifted),

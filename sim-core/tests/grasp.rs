@@ -91,7 +91,7 @@ fn a_grasped_object_is_lifted_moved_and_held() {
     let standing = scene.see().object;
     let gripped = scene.in_hand();
 
-    scene.drive(scene.shifted([0.0, 0.0, 0.12]), 2 * SECOND);
+    scene.drive(scene.shifted([0.0, 0.0, 0.13]), 3 * SECOND);
     let lifted = scene.see().object;
     assert!(lifted[2] - standing[2] > 0.10, "lifted by {}", lifted[2] - standing[2]);
 
