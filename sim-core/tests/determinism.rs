@@ -89,7 +89,7 @@ fn states_digest(instructions: Instructions) -> String {
 }
 
 /// Digests of outcomes, signals and states. They change only with the simulator, and then its users' histories do.
-const GOLDEN: [&str; 3] = ["7091a895ffd9b096", "6a7d7d39fd41632b", "a7c67a47446e49e1"];
+const GOLDEN: [&str; 3] = ["56535c0aad3aad40", "36e829c92b8cb0ef", "9d42f4f36814ec1c"];
 
 #[test]
 fn all_instruction_sets_give_the_golden_digests() {

@@ -56,6 +56,16 @@ impl<S: Simd> Factor<S> {
     }
 }
 
+impl<S: Simd> Factor<S> {
+    /// The same for three forces at once.
+    #[inline(always)]
+    pub(super) fn transmit_all(&self, simd: S, i: usize, forces: &mut [Force<S>; 3]) -> [Real<S>; 3] {
+        let zero = splat(simd, 0.0);
+        let [a, b, c] = forces;
+        [self.transmit(i, a, zero), self.transmit(i, b, zero), self.transmit(i, c, zero)]
+    }
+}
+
 /// Factors A at the present posture and returns w after a step without contacts in `whitened`.
 pub(super) fn smooth<S: Simd>(
     simd: S,
@@ -109,18 +119,17 @@ pub(super) fn smooth<S: Simd>(
 pub(super) fn recover<S: Simd>(
     simd: S,
     tree: &Tree,
-    factor: &Factor<S>,
+    factor: &mut Factor<S>,
     whitened: &[Real<S>; JOINTS],
     velocities: &mut [Real<S>; JOINTS],
 ) {
     simd.vectorize(
         #[inline(always)]
         || {
-            let mut motions = [Motion::zero(simd); JOINTS];
             for (i, link) in tree.links.iter().enumerate() {
-                let parent = link.parent.map_or(Motion::zero(simd), |parent| motions[parent]);
+                let parent = link.parent.map_or(Motion::zero(simd), |parent| factor.motions[parent].0);
                 velocities[i] = (whitened[i] - parent.dot(&factor.forces[i])) * factor.scales[i];
-                motions[i] = parent.scale_add(&factor.axes[i], velocities[i]);
+                factor.motions[i].0 = parent.scale_add(&factor.axes[i], velocities[i]);
             }
         },
     );

@@ -129,7 +129,7 @@ impl<S: Simd> Lockstep<S> {
         let Self { tree, factor, object, contacts, solver, settings, .. } = self;
         solver.prepare(simd, tree, factor, object, contacts, settings);
         solver.solve(simd, settings, &mut whitened, object);
-        dynamics::recover(simd, &self.tree, &self.factor, &whitened, &mut self.joints.velocities);
+        dynamics::recover(simd, &self.tree, &mut self.factor, &whitened, &mut self.joints.velocities);
         self.drift();
         kinematics::forward(simd, &self.tree, &self.joints.angles, &mut self.poses);
     }

@@ -3,15 +3,15 @@
 //! Each contact is a block of one normal and two tangential rows. In a sweep its normal impulse is set to what keeps
 //! the surfaces apart, then its friction to what stops the sliding, shortened to the cone's radius where it is longer.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
 use super::contact::{CANDIDATES, Contact};
 use super::dynamics::Factor;
 use super::lanes::{Mask, Real, max, min, select, splat};
 use super::object::Object;
 use super::spatial::{Force, Vec3, vec3};
-use super::tree::{Chain, MAX_CHAIN, Tree};
-use crate::robot::JOINTS;
+use super::tree::{Chain, MAX_FINGER, Tree};
+use crate::robot::{JOINTS, joint};
 use crate::scene;
 
 /// Share of an overlap that is undone in a step ...
@@ -20,6 +20,9 @@ const CORRECTION: f64 = 0.2;
 const SLOP: f64 = 0.0002;
 /// ... and at most at this speed, in m/s.
 const CORRECTION_SPEED: f64 = 0.3;
+/// A lane whose impulses change by less than this in a sweep is done, in N s: a ten-thousandth of what carries the
+/// object for a step.
+const CONVERGED: f64 = 1e-6;
 /// Added to a contact's response, in 1/kg: keeps it invertible where the robot cannot move in some direction.
 const COMPLIANCE: f64 = 1e-6;
 
@@ -58,8 +61,9 @@ struct Block<S: Simd> {
     directions: [Vec3<S>; 3],
     /// The robot's joints in the contact, if it is in it.
     chain: Option<Chain>,
-    /// Their entries of the rows, joint by joint.
-    entries: [[Real<S>; 3]; MAX_CHAIN],
+    /// Their entries of the three rows: torso and arm, then the finger.
+    carrier: [[Real<S>; 3]; joint::CARRIER.end],
+    finger: [[Real<S>; 3]; MAX_FINGER],
     /// How the object is in the contact, if it is.
     object: Option<Side>,
     /// From the object's centre to the contact.
@@ -159,9 +163,16 @@ impl<S: Simd> Solver<S> {
                 for block in &*blocks {
                     block.apply(block.impulse, whitened, object);
                 }
+                // The lanes that go on. One that is done keeps its impulses, whatever the others still need.
+                let mut moving = splat(simd, 0.0).simd_eq(0.0);
                 for _ in 0..settings.sweeps {
+                    let mut change = splat(simd, 0.0);
                     for block in &mut *blocks {
-                        block.sweep(simd, settings.friction, whitened, object);
+                        change = max(change, block.sweep(simd, settings.friction, moving, whitened, object));
+                    }
+                    moving &= change.simd_gt(CONVERGED * CONVERGED);
+                    if !moving.any_true() {
+                        break;
                     }
                 }
                 let mut blocks = blocks.iter().peekable();
@@ -187,7 +198,8 @@ impl<S: Simd> Block<S> {
             close: zero.simd_lt(0.0),
             directions: [Vec3::zero(simd); 3],
             chain: None,
-            entries: [[zero; 3]; MAX_CHAIN],
+            carrier: [[zero; 3]; joint::CARRIER.end],
+            finger: [[zero; 3]; MAX_FINGER],
             object: None,
             arm: Vec3::zero(simd),
             bound: zero,
@@ -229,15 +241,14 @@ impl<S: Simd> Block<S> {
                 #[inline(always)]
                 |direction| Force::at(contact.point, direction),
             );
-            for (entry, joint) in self.entries.iter_mut().zip(chain.joints()) {
-                let [n, s, t] = &mut forces;
-                let row = [
-                    factor.transmit(joint, n, zero),
-                    factor.transmit(joint, s, zero),
-                    factor.transmit(joint, t, zero),
-                ];
-                add_products(&mut response, row, row);
-                *entry = row;
+            for (entry, joint) in self.finger.iter_mut().zip(chain.finger().rev()) {
+                *entry = factor.transmit_all(simd, joint, &mut forces);
+                add_products(&mut response, *entry, *entry);
+            }
+            for joint in chain.carrier().rev() {
+                let entry = factor.transmit_all(simd, joint, &mut forces);
+                add_products(&mut response, entry, entry);
+                self.carrier[joint] = entry;
             }
         }
         if self.object.is_some() {
@@ -275,13 +286,22 @@ impl<S: Simd> Block<S> {
         );
     }
 
+    /// Improves the impulses of the lanes that go on; returns the square of their change.
     #[inline(always)]
-    fn sweep(&mut self, simd: S, friction: f64, whitened: &mut [Real<S>; JOINTS], object: &mut Object<S>) {
+    fn sweep(
+        &mut self,
+        simd: S,
+        friction: f64,
+        moving: Mask<S>,
+        whitened: &mut [Real<S>; JOINTS],
+        object: &mut Object<S>,
+    ) -> Real<S> {
         let zero = splat(simd, 0.0);
+        let active = self.close & moving;
         let [vn, vs, vt] = self.velocity(simd, whitened, object);
         let [n, s, t] = self.impulse;
         let normal = max(n + (self.bound - vn) * self.normal_inverse, zero);
-        let dn = self.close.select(normal - n, zero);
+        let dn = active.select(normal - n, zero);
         let (vs, vt) = (vs + self.coupling[0] * dn, vt + self.coupling[1] * dn);
         let [a, b, c] = self.inverse;
         let (slide, drift) = (s - (a * vs + b * vt), t - (b * vs + c * vt));
@@ -289,10 +309,11 @@ impl<S: Simd> Block<S> {
         let square = slide * slide + drift * drift;
         let outside = square.simd_gt(limit * limit);
         let scale = select(outside, limit / square.sqrt(), splat(simd, 1.0));
-        let ds = self.close.select(slide * scale - s, zero);
-        let dt = self.close.select(drift * scale - t, zero);
+        let ds = active.select(slide * scale - s, zero);
+        let dt = active.select(drift * scale - t, zero);
         self.impulse = [n + dn, s + ds, t + dt];
         self.apply([dn, ds, dt], whitened, object);
+        dn * dn + ds * ds + dt * dt
     }
 
     /// Velocity of the surfaces relative to each other, along the directions.
@@ -300,11 +321,11 @@ impl<S: Simd> Block<S> {
     fn velocity(&self, simd: S, whitened: &[Real<S>; JOINTS], object: &Object<S>) -> [Real<S>; 3] {
         let mut sum = [splat(simd, 0.0); 3];
         if let Some(chain) = &self.chain {
-            for (entry, joint) in self.entries.iter().zip(chain.joints()) {
-                let w = whitened[joint];
-                sum[0] += entry[0] * w;
-                sum[1] += entry[1] * w;
-                sum[2] += entry[2] * w;
+            for (entry, w) in self.carrier.iter().zip(&whitened[chain.carrier()]) {
+                add_multiple(&mut sum, entry, *w);
+            }
+            for (entry, w) in self.finger.iter().zip(whitened[chain.finger()].iter().rev()) {
+                add_multiple(&mut sum, entry, *w);
             }
         }
         if let Some(side) = self.object {
@@ -319,8 +340,11 @@ impl<S: Simd> Block<S> {
     #[inline(always)]
     fn apply(&self, [a, b, c]: [Real<S>; 3], whitened: &mut [Real<S>; JOINTS], object: &mut Object<S>) {
         if let Some(chain) = &self.chain {
-            for (entry, joint) in self.entries.iter().zip(chain.joints()) {
-                whitened[joint] += entry[0] * a + entry[1] * b + entry[2] * c;
+            for (entry, w) in self.carrier.iter().zip(&mut whitened[chain.carrier()]) {
+                *w += entry[0] * a + entry[1] * b + entry[2] * c;
+            }
+            for (entry, w) in self.finger.iter().zip(whitened[chain.finger()].iter_mut().rev()) {
+                *w += entry[0] * a + entry[1] * b + entry[2] * c;
             }
         }
         if let Some(side) = self.object {
@@ -328,6 +352,13 @@ impl<S: Simd> Block<S> {
             object.push(self.arm, (n * a + s * b + t * c) * side.sign());
         }
     }
+}
+
+#[inline(always)]
+fn add_multiple<S: Simd>(sums: &mut [Real<S>; 3], entry: &[Real<S>; 3], factor: Real<S>) {
+    sums[0] += entry[0] * factor;
+    sums[1] += entry[1] * factor;
+    sums[2] += entry[2] * factor;
 }
 
 /// Adds the products of three numbers with three others: 00, 01, 02, 11, 12, 22.

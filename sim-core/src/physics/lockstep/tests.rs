@@ -101,7 +101,7 @@ fn inverse_of_factored<S: Simd>(simd: S, tree: &Tree, angles: &[f64; JOINTS], st
             next = tree.links[i].parent;
         }
         let mut velocities = zeros;
-        dynamics::recover(simd, tree, &factor, &whitened, &mut velocities);
+        dynamics::recover(simd, tree, &mut factor, &whitened, &mut velocities);
         inverse.set_column(column, &Column::from_fn(|i, _| velocities[i][2]));
     }
     inverse
@@ -129,7 +129,7 @@ fn energy_drift<S: Simd>(simd: S, angles: &[f64; JOINTS], velocities: &[f64; JOI
         let mut whitened = [splat(simd, 0.0); JOINTS];
         let poses = poses(simd, &tree, &joints.angles);
         dynamics::smooth(simd, &tree, &poses, &joints, step, &mut factor, &mut whitened);
-        dynamics::recover(simd, &tree, &factor, &whitened, &mut joints.velocities);
+        dynamics::recover(simd, &tree, &mut factor, &whitened, &mut joints.velocities);
         for (angle, velocity) in joints.angles.iter_mut().zip(&joints.velocities) {
             *angle += *velocity * step;
         }

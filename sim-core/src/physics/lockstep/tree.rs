@@ -1,5 +1,7 @@
 //! The robot's constants in the form the lanes use: every link's frame is turned so that its joint's axis is z.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
 
 use crate::robot::{Body, JOINTS, Part, RobotError, RobotModel, joint};
@@ -11,8 +13,8 @@ pub(super) const CAPSULES: usize = 2 * FINGERS + 1;
 /// Points that can touch the table.
 pub(super) const KNOBS: usize = 2 * FINGERS + 2 + 8;
 
-/// Most joints between the root and a link.
-pub(super) const MAX_CHAIN: usize = 12;
+/// Most joints of a finger.
+pub(super) const MAX_FINGER: usize = 3;
 
 /// The robot.
 pub(super) struct Tree {
@@ -43,10 +45,16 @@ impl Chain {
         Self { finger: (first, link + 1), carrier: joint::CARRIER.end }
     }
 
-    /// From the link towards the root.
+    /// The finger's joints, from the hand outwards.
     #[inline(always)]
-    pub(super) fn joints(self) -> impl Iterator<Item = usize> {
-        (self.finger.0..self.finger.1).rev().chain((0..self.carrier).rev())
+    pub(super) fn finger(self) -> Range<usize> {
+        self.finger.0..self.finger.1
+    }
+
+    /// The joints of torso and arm, from the root outwards.
+    #[inline(always)]
+    pub(super) fn carrier(self) -> Range<usize> {
+        0..self.carrier
     }
 }
 
