@@ -6,7 +6,10 @@ pub mod history;
 pub mod output;
 pub mod resume;
 pub mod run;
+pub mod select;
 pub mod serve;
+#[cfg(test)]
+mod tests;
 
 pub use args::{Cli, Command, Format, Global};
 
