@@ -4,11 +4,22 @@
 //! The crate is pure and deterministic: no input or output, no clock, no threads, no global state. Scores are a
 //! function of experiment, genotype and draw alone, bit for bit, on every machine.
 
+pub mod behaviours;
+pub mod body;
+pub mod controller;
 pub mod experiment;
+mod fingerprint;
 pub mod genotype;
-pub mod simulator;
+pub mod physics;
+pub mod robot;
+pub mod scene;
+mod simulator;
 pub mod stream;
+mod trial;
 
+pub use behaviours::Behaviour;
 pub use experiment::{Experiment, ExperimentError};
+pub use fingerprint::fingerprint;
 pub use genotype::Genotype;
-pub use simulator::{Behaviour, Draw, Job, SimError, Simulator, TrialOutcome};
+pub use simulator::{Job, SimError, Simulator, Trace};
+pub use trial::{Draw, Frame, TrialOutcome};

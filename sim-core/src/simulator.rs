@@ -1,77 +1,36 @@
-//! The simulator of one experiment.
+//! The simulator of one experiment: trials of any genotypes, side by side in an engine's lanes.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use thiserror::Error;
 
+use crate::behaviours::{Behaviour, StartError, Starts};
+use crate::controller::{Layout, Network};
 use crate::experiment::Experiment;
 use crate::genotype::{Genotype, GenotypeError};
+use crate::physics::{self, Instructions};
+use crate::robot::{RobotError, RobotModel};
+use crate::trial::{Draw, Frame, Setup, TRIALS, Trial, TrialOutcome};
 
-/// The four elementary actions (paper, section II.C), in the order of their trials.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Behaviour {
-    /// Bring the hand over the object.
-    Reach,
-    /// Open the fingers and turn the palm down.
-    Open,
-    /// Close the fingers around the object.
-    Grasp,
-    /// Carry the object to the target.
-    Move,
-}
-
-impl Behaviour {
-    /// All behaviours.
-    pub const ALL: [Self; 4] = [Self::Reach, Self::Open, Self::Grasp, Self::Move];
-
-    /// Lower-case name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Reach => "reach",
-            Self::Open => "open",
-            Self::Grasp => "grasp",
-            Self::Move => "move",
-        }
-    }
-}
-
-/// Selects the random positions of object and target: all genotypes that are evaluated with the same draw face the
-/// same ones.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Draw {
-    /// Replication, counted from 0.
-    pub replication: u32,
-    /// Generation in which the positions were drawn, counted from 0.
-    pub generation: u32,
-}
-
-/// What a trial came to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrialOutcome {
-    /// Score in [0, 1].
-    pub score: f64,
-    /// Whether the goal was reached and held.
-    pub success: bool,
-    /// Control steps (50 ms each) the trial lasted.
-    pub steps: u32,
-}
-
-/// Why an evaluation is refused or has no result.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+/// Why an evaluation is refused.
+#[derive(Debug, Clone, PartialEq, Error)]
 pub enum SimError {
     /// The genotype does not fit the experiment's controller.
     #[error(transparent)]
     Genotype(#[from] GenotypeError),
     /// A trial number is too large.
-    #[error("trial {trial} does not exist: the experiment has trials 0 to {}", trials - 1)]
+    #[error("trial {trial} does not exist: an evaluation has trials 0 to {}", TRIALS - 1)]
     Trial {
         /// The trial that was asked for.
         trial: u32,
-        /// Trials there are.
-        trials: u32,
     },
+    /// The shipped robot is damaged.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// The shipped initial postures are damaged.
+    #[error(transparent)]
+    Starts(#[from] StartError),
 }
 
 /// A trial to be run, with whatever the caller wants back beside its outcome.
@@ -87,35 +46,57 @@ pub struct Job<T> {
     pub tag: T,
 }
 
+/// A trial, control step by control step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// The control steps.
+    pub frames: Vec<Frame>,
+    /// What the trial came to: the same as without a trace.
+    pub outcome: TrialOutcome,
+}
+
 /// Everything the trials of one experiment share. Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Simulator {
-    experiment: Arc<Experiment>,
+    setup: Arc<Setup>,
+    instructions: Instructions,
 }
 
 impl Simulator {
     /// Prepares the simulator of an experiment.
-    #[must_use]
-    pub fn new(experiment: &Experiment) -> Self {
-        Self { experiment: Arc::new(experiment.clone()) }
+    ///
+    /// # Errors
+    /// [`SimError::Robot`] or [`SimError::Starts`] when a shipped file is damaged.
+    pub fn new(experiment: &Experiment) -> Result<Self, SimError> {
+        Self::with_instructions(experiment, Instructions::default())
+    }
+
+    /// The same with a choice of instruction set, which changes the speed and nothing else.
+    ///
+    /// # Errors
+    /// As [`Simulator::new`].
+    pub fn with_instructions(experiment: &Experiment, instructions: Instructions) -> Result<Self, SimError> {
+        let setup =
+            Setup { experiment: experiment.clone(), robot: RobotModel::icub()?, starts: Starts::shipped()? };
+        Ok(Self { setup: Arc::new(setup), instructions })
     }
 
     /// Genes of a genotype.
     #[must_use]
     pub fn gene_count(&self) -> usize {
-        613
+        Layout::new(&self.setup.experiment.controller).genes()
     }
 
     /// Trials of an evaluation: 16, four for each behaviour.
     #[must_use]
     pub fn trial_count(&self) -> u32 {
-        16
+        TRIALS
     }
 
     /// The behaviour a trial asks for.
     #[must_use]
     pub fn behaviour(&self, trial: u32) -> Behaviour {
-        Behaviour::ALL[(trial / 4) as usize % 4]
+        Behaviour::of_trial(trial)
     }
 
     /// Runs trials of one genotype and returns their outcomes in order.
@@ -130,18 +111,9 @@ impl Simulator {
     ) -> Result<Vec<TrialOutcome>, SimError> {
         let genotype = Arc::new(genotype.clone());
         let mut outcomes = vec![None; trials.len()];
-        let mut pending = trials.clone();
-        self.run(
-            || {
-                pending.next().map(|trial| Job {
-                    genotype: Arc::clone(&genotype),
-                    draw,
-                    trial,
-                    tag: (trial - trials.start) as usize,
-                })
-            },
-            |index, outcome| outcomes[index] = Some(outcome),
-        )?;
+        let mut jobs =
+            trials.enumerate().map(|(tag, trial)| Job { genotype: Arc::clone(&genotype), draw, trial, tag });
+        self.run(|| jobs.next(), |tag, outcome| outcomes[tag] = Some(outcome))?;
         Ok(outcomes.into_iter().flatten().collect())
     }
 
@@ -155,19 +127,76 @@ impl Simulator {
         mut next: impl FnMut() -> Option<Job<T>>,
         mut done: impl FnMut(T, TrialOutcome),
     ) -> Result<(), SimError> {
-        while let Some(job) = next() {
-            let gene = job.genotype.genes()[job.trial as usize];
-            let score = f64::from(gene) / 65535.0;
-            std::thread::sleep(std::time::Duration::from_micros(500));
-            done(job.tag, TrialOutcome { score, success: score > 0.9, steps: 60 });
+        let Setup { experiment, robot, .. } = self.setup.as_ref();
+        let mut engine = physics::engine(robot, experiment, self.instructions)?;
+        let mut lanes: Vec<Option<(Trial<'_>, T)>> = (0..engine.lanes()).map(|_| None).collect();
+        let mut decoded = Decoded::default();
+        loop {
+            for (lane, slot) in lanes.iter_mut().enumerate().filter(|(_, slot)| slot.is_none()) {
+                let Some(job) = next() else { break };
+                let network = decoded.network(experiment, &job)?;
+                let trial = Trial::begin(&self.setup, engine.as_mut(), lane, network, job.draw, job.trial);
+                *slot = Some((trial, job.tag));
+            }
+            if lanes.iter().all(Option::is_none) {
+                return Ok(());
+            }
+            for (lane, slot) in lanes.iter_mut().enumerate() {
+                if let Some((trial, _)) = slot {
+                    trial.act(engine.as_mut(), lane);
+                }
+            }
+            engine.advance();
+            for (lane, slot) in lanes.iter_mut().enumerate() {
+                let outcome = slot.as_mut().and_then(|(trial, _)| trial.judge(engine.as_ref(), lane));
+                if let Some((outcome, (_, tag))) = outcome.and_then(|outcome| Some((outcome, slot.take()?))) {
+                    done(tag, outcome);
+                }
+            }
         }
-        let _ = &self.experiment;
-        Ok(())
+    }
+
+    /// Runs one trial and keeps every control step.
+    ///
+    /// # Errors
+    /// [`SimError`] when the genotype or the trial does not fit the experiment.
+    pub fn trace(&self, genotype: &Genotype, draw: Draw, trial: u32) -> Result<Trace, SimError> {
+        let Setup { experiment, robot, .. } = self.setup.as_ref();
+        let mut engine = physics::engine(robot, experiment, self.instructions)?;
+        let job = Job { genotype: Arc::new(genotype.clone()), draw, trial, tag: () };
+        let network = Decoded::default().network(experiment, &job)?;
+        let mut trial = Trial::begin(&self.setup, engine.as_mut(), 0, network, draw, trial);
+        let mut frames = Vec::new();
+        loop {
+            trial.act(engine.as_mut(), 0);
+            engine.advance();
+            let outcome = trial.judge(engine.as_ref(), 0);
+            frames.extend(trial.frame());
+            if let Some(outcome) = outcome {
+                return Ok(Trace { frames, outcome });
+            }
+        }
     }
 }
 
-/// Identifies the simulator's behaviour: two processes with equal fingerprints give equal bits for equal work.
-#[must_use]
-pub fn fingerprint() -> String {
-    "0000".to_owned()
+/// The network of the last job's genotype: the trials of one genotype follow each other.
+#[derive(Default)]
+struct Decoded {
+    last: Option<(Arc<Genotype>, Network)>,
+}
+
+impl Decoded {
+    fn network<T>(&mut self, experiment: &Experiment, job: &Job<T>) -> Result<Network, SimError> {
+        if job.trial >= TRIALS {
+            return Err(SimError::Trial { trial: job.trial });
+        }
+        match &self.last {
+            Some((genotype, network)) if Arc::ptr_eq(genotype, &job.genotype) => Ok(network.clone()),
+            _ => {
+                let network = Network::new(&job.genotype, &experiment.controller)?;
+                self.last = Some((Arc::clone(&job.genotype), network.clone()));
+                Ok(network)
+            }
+        }
+    }
 }

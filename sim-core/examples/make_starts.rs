@@ -1,0 +1,199 @@
+//! Finds the 16 initial postures and writes them as `assets/starts.toml`.
+//!
+//! All postures belong to one family: inverse kinematics from one preferred posture, found by random search for one
+//! from which a scripted grasp lifts the object in all four areas. Each grasp is tried in the physics engine, with the
+//! object moved a little and the fingers closed at once or slowly, and has to lift the object every time.
+//!
+//! Run from the repository's root, and look at the difference before keeping it:
+//! `cargo run --release -p selftalk-sim --example make_starts > starts.toml && mv starts.toml sim-core/assets/`
+
+use std::error::Error;
+
+use nalgebra::Point3;
+use selftalk_sim::behaviours::{Start, Starts};
+use selftalk_sim::experiment::Experiment;
+use selftalk_sim::physics::{Engine, Instructions, Placement, engine};
+use selftalk_sim::robot::{HandGoal, JOINTS, RobotModel, joint};
+use selftalk_sim::scene;
+
+/// Torso and arm of the preferred posture, in radians.
+const PREFERRED: [f64; 9] = [-0.0483, 0.0209, -1.0808, 1.8265, 1.2742, 1.3999, 1.0017, -0.1871, 0.0227];
+/// Where the object's centre is in the hand's frame when the hand is over it, in metres.
+const GRIP: [f64; 3] = [0.0693, -0.0522, 0.0308];
+/// How the hand slopes when it is over the object, in radians.
+const TILT: f64 = 0.1673;
+const ROLL: f64 = 0.2420;
+/// Opposition of the thumb as a share of its range.
+const OPPOSITION: f64 = 0.7513;
+
+/// Flexion of the fingers as a share of their range: stretched, at rest, and closed.
+const STRETCHED: f64 = 0.0909;
+const AT_REST: f64 = 0.3;
+const CLOSED: f64 = 0.9;
+
+/// How far the object is moved from the grip's middle when a grasp is tried, in metres.
+const SHIFTS: [[f64; 2]; 8] = [
+    [0.0, 0.0],
+    [0.006, 0.0],
+    [-0.006, 0.0],
+    [0.0, 0.006],
+    [0.0, -0.006],
+    [0.006, 0.006],
+    [-0.006, -0.006],
+    [0.006, -0.006],
+];
+/// Control steps in which the fingers' targets go from stretched to closed when a grasp is tried.
+const CLOSING: [u32; 2] = [1, 10];
+
+/// How high the object is lifted for MOVE, in metres.
+const LIFT: f64 = 0.08;
+/// How much higher than for GRASP the closed hand of OPEN is, in metres.
+const OPEN_HEIGHT: f64 = 0.05;
+/// Where the hand's grip point is at the start of REACH, in metres: away from all areas.
+const FAR: [[f64; 3]; 4] =
+    [[-0.20, -0.26, 0.14], [-0.24, -0.28, 0.10], [-0.26, -0.25, 0.17], [-0.22, -0.27, 0.19]];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let robot = RobotModel::icub()?;
+    let mut engine = engine(&robot, &Experiment::default(), Instructions::Best)?;
+    let mut preferred = robot.joints.each_ref().map(|joint| joint.angle(AT_REST));
+    preferred[joint::CARRIER].copy_from_slice(&PREFERRED);
+    preferred[joint::THUMB_OPPOSITION] = robot.joints[joint::THUMB_OPPOSITION].angle(OPPOSITION);
+    let centre = bring(
+        &robot,
+        [scene::AREAS_CENTRE[0], scene::AREAS_CENTRE[1], scene::OBJECT_STANDING],
+        0.0,
+        0.0,
+        &preferred,
+    )
+    .ok_or("the middle of the areas is out of reach")?;
+
+    let (mut reach, mut open, mut grasp, mut carried) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for (area, far) in scene::AREAS.iter().zip(FAR) {
+        let object =
+            [scene::AREAS_CENTRE[0] + area[0], scene::AREAS_CENTRE[1] + area[1], scene::OBJECT_STANDING];
+        let (over, slope, state) = grasp_and_lift(&robot, engine.as_mut(), object, &centre)
+            .ok_or_else(|| format!("no grasp at {object:?}"))?;
+        let [x, y, z] = object;
+        let above =
+            nearest_slope(&robot, [x, y, z + OPEN_HEIGHT], slope, &over).ok_or("OPEN is out of reach")?;
+        let away = nearest_slope(&robot, far, [0.0; 2], &centre).ok_or("REACH is out of reach")?;
+        reach.push(still(with_flexion(&robot, away, AT_REST)));
+        open.push(still(with_flexion(&robot, above, CLOSED)));
+        grasp.push(still(over));
+        carried.push(state);
+    }
+    let four = |starts: Vec<Start>| <[Start; 4]>::try_from(starts).map_err(|_| "four areas");
+    let starts =
+        Starts { reach: four(reach)?, open: four(open)?, grasp: four(grasp)?, transport: four(carried)? };
+    println!("# Initial postures, radians and metres. Made by the example make_starts, which says how.");
+    println!(
+        "# Joints in the order of the URDF: torso (2), shoulder (3), elbow, wrist (3), thumb (3), index, middle,"
+    );
+    println!("# ring, little finger (2 each).");
+    print!("{}", toml::to_string(&starts)?);
+    Ok(())
+}
+
+fn bring(
+    robot: &RobotModel,
+    at: [f64; 3],
+    tilt: f64,
+    roll: f64,
+    start: &[f64; JOINTS],
+) -> Option<[f64; JOINTS]> {
+    let [x, y, z] = GRIP;
+    let goal = HandGoal {
+        point: Point3::new(x, y, z),
+        position: Point3::from(at),
+        tilt: TILT + tilt,
+        roll: ROLL + roll,
+    };
+    robot.bring_hand(&goal, start)
+}
+
+/// Slopes of the hand to try, as differences from the preferred one, the smallest first.
+fn slopes() -> Vec<[f64; 2]> {
+    let sides = [-0.6, -0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45, 0.6];
+    let mut slopes: Vec<[f64; 2]> = sides.iter().flat_map(|a| sides.map(|b| [*a, b])).collect();
+    let size = |s: &[f64; 2]| s[0] * s[0] + s[1] * s[1];
+    slopes.sort_by(|a, b| size(a).total_cmp(&size(b)));
+    slopes
+}
+
+fn nearest_slope(
+    robot: &RobotModel,
+    at: [f64; 3],
+    slope: [f64; 2],
+    start: &[f64; JOINTS],
+) -> Option<[f64; JOINTS]> {
+    slopes().into_iter().find_map(|[tilt, roll]| bring(robot, at, slope[0] + tilt, slope[1] + roll, start))
+}
+
+fn with_flexion(robot: &RobotModel, mut angles: [f64; JOINTS], share: f64) -> [f64; JOINTS] {
+    for i in joint::FLEXION {
+        angles[i] = robot.joints[i].angle(share);
+    }
+    angles
+}
+
+fn rounded<const N: usize>(values: [f64; N]) -> [f64; N] {
+    values.map(|value| (value * 1e6).round() / 1e6)
+}
+
+fn still(angles: [f64; JOINTS]) -> Start {
+    let angles = rounded(angles);
+    Start { angles, targets: angles, object: None, orientation: None }
+}
+
+/// The posture over the object, how it slopes, and the state in which the object was lifted and is held.
+fn grasp_and_lift(
+    robot: &RobotModel,
+    engine: &mut dyn Engine,
+    object: [f64; 3],
+    centre: &[f64; JOINTS],
+) -> Option<([f64; JOINTS], [f64; 2], Start)> {
+    slopes().into_iter().find_map(|slope @ [tilt, roll]| {
+        let [x, y, z] = object;
+        let over = with_flexion(robot, bring(robot, object, tilt, roll, centre)?, STRETCHED);
+        let lifted = with_flexion(robot, bring(robot, [x, y, z + LIFT], tilt, roll, &over)?, CLOSED);
+        let closed = with_flexion(robot, over, CLOSED);
+        let mut seen = None;
+        for shift in SHIFTS {
+            for closing in CLOSING {
+                let object = [x + shift[0], y + shift[1], z];
+                let placement =
+                    Placement { angles: over, targets: over, object, orientation: [1.0, 0.0, 0.0, 0.0] };
+                engine.place(0, &placement);
+                drive(engine, &over, &closed, closing);
+                drive(engine, &closed, &closed, 30);
+                drive(engine, &closed, &lifted, 40);
+                drive(engine, &lifted, &lifted, 60);
+                let now = engine.observe(0);
+                let touches = now.touch.iter().filter(|touch| **touch).count();
+                if (now.object[2] - z - LIFT).abs() > 0.02 || touches < 3 {
+                    return None;
+                }
+                seen.get_or_insert(now);
+            }
+        }
+        seen.map(|seen| {
+            let state = Start {
+                angles: rounded(seen.angles),
+                targets: rounded(lifted),
+                object: Some(rounded(seen.object)),
+                orientation: Some(rounded(seen.orientation)),
+            };
+            (over, slope, state)
+        })
+    })
+}
+
+/// Moves the servos' targets from one posture to another in `steps` control steps.
+fn drive(engine: &mut dyn Engine, from: &[f64; JOINTS], to: &[f64; JOINTS], steps: u32) {
+    for step in 1..=steps {
+        let share = f64::from(step) / f64::from(steps);
+        engine.command(0, &std::array::from_fn(|i| from[i] + share * (to[i] - from[i])));
+        engine.advance();
+    }
+}

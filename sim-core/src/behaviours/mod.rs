@@ -1,0 +1,172 @@
+//! The four elementary actions (paper, section II.C): the goal of each, and the graded reward on the way to it.
+
+mod grasp;
+mod open;
+mod reach;
+mod starts;
+mod transport;
+
+use crate::body;
+use crate::experiment::{Experiment, Near};
+use crate::physics::Observation;
+use crate::robot::RobotModel;
+use crate::scene;
+
+pub use starts::{Start, StartError, Starts};
+
+/// An elementary action, in the order of the trials and of the linguistic labels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Behaviour {
+    /// Bring the hand over the object.
+    Reach,
+    /// Open the fingers and turn the palm down.
+    Open,
+    /// Close the fingers around the object.
+    Grasp,
+    /// Carry the object to the target.
+    Move,
+}
+
+impl Behaviour {
+    /// All behaviours.
+    pub const ALL: [Self; 4] = [Self::Reach, Self::Open, Self::Grasp, Self::Move];
+
+    /// Lower-case name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Reach => "reach",
+            Self::Open => "open",
+            Self::Grasp => "grasp",
+            Self::Move => "move",
+        }
+    }
+
+    /// Control steps of a trial.
+    #[must_use]
+    pub fn steps(self, experiment: &Experiment) -> u32 {
+        match self {
+            Self::Reach => experiment.reach.steps,
+            Self::Open => experiment.open.steps,
+            Self::Grasp => experiment.grasp.steps,
+            Self::Move => experiment.transport.steps,
+        }
+    }
+
+    /// Whether attention belongs on the target rather than on the object.
+    #[must_use]
+    pub fn is_about_target(self) -> bool {
+        self == Self::Move
+    }
+
+    /// How the state is judged.
+    #[must_use]
+    pub fn judge(self, experiment: &Experiment, view: &View<'_>) -> Judgement {
+        match self {
+            Self::Reach => reach::judge(&experiment.reach, view),
+            Self::Open => open::judge(&experiment.open, view),
+            Self::Grasp => grasp::judge(&experiment.grasp, view),
+            Self::Move => transport::judge(&experiment.transport, view),
+        }
+    }
+}
+
+/// How a state is judged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judgement {
+    /// How near the state is to the goal, in [0, 1].
+    pub reward: f64,
+    /// Whether it is the goal.
+    pub goal: bool,
+}
+
+/// The state that is judged.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// The robot.
+    pub robot: &'a RobotModel,
+    /// Robot and object.
+    pub observation: &'a Observation,
+    /// Where the target is; root frame, metres.
+    pub target: [f64; 3],
+}
+
+impl View<'_> {
+    /// Distance from the palm to the top part of the object: the point above its centre on its surface.
+    fn palm_to_object(&self) -> f64 {
+        let [x, y, z] = self.observation.object;
+        distance(self.observation.palm, [x, y, z + scene::OBJECT_RADIUS])
+    }
+
+    /// Distance from the object's centre to the centroid of thumb tip, little finger tip and palm.
+    fn grip_to_object(&self) -> f64 {
+        let Observation { thumb_tip, little_tip, palm, object, .. } = self.observation;
+        let centroid = std::array::from_fn(|i| (thumb_tip[i] + little_tip[i] + palm[i]) / 3.0);
+        distance(centroid, *object)
+    }
+
+    fn object_to_target(&self) -> f64 {
+        distance(self.observation.object, self.target)
+    }
+
+    /// Cosine of the angle between the palm's outward normal and straight down.
+    fn alignment(&self) -> f64 {
+        -self.observation.palm_normal[2]
+    }
+
+    fn flexion(&self) -> f64 {
+        body::flexion(self.robot, &self.observation.angles)
+    }
+
+    fn touches(&self) -> u32 {
+        self.observation.touch.iter().map(|touch| u32::from(*touch)).sum()
+    }
+
+    /// Height of the object's base above the table while it is upright.
+    fn height(&self) -> f64 {
+        self.observation.object[2] - scene::OBJECT_STANDING
+    }
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let [x, y, z] = std::array::from_fn(|i| a[i] - b[i]);
+    (x * x + y * y + z * z).sqrt()
+}
+
+fn unit(x: f64) -> f64 {
+    x.clamp(0.0, 1.0)
+}
+
+/// Closeness in [0, 1]; see [`Near`].
+fn near(settings: &Near, distance: f64) -> f64 {
+    let beyond = distance - settings.full;
+    (unit(1.0 - beyond / settings.wide) + unit(1.0 - beyond / settings.narrow)) / 2.0
+}
+
+/// The palm's alignment with straight down in [0, 1], full from a cosine of 0.85 on. It falls all the way to a palm that
+/// faces up, so that it pulls from everywhere.
+fn graded_alignment(cosine: f64) -> f64 {
+    unit((1.0 + cosine) / 1.85)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closeness_pulls_from_afar_and_harder_nearby() {
+        let settings = Near::default();
+        assert_eq!(near(&settings, 0.04), 1.0);
+        assert_eq!(near(&settings, 0.31), 0.0);
+        let far = near(&settings, 0.20) - near(&settings, 0.21);
+        let close = near(&settings, 0.06) - near(&settings, 0.07);
+        assert!(far > 0.0 && close > 3.0 * far, "{far} {close}");
+    }
+
+    #[test]
+    fn alignment_has_a_slope_wherever_the_palm_faces() {
+        assert_eq!(graded_alignment(-1.0), 0.0);
+        assert!(graded_alignment(0.0) > graded_alignment(-0.1));
+        assert_eq!(graded_alignment(0.9), 1.0);
+    }
+}

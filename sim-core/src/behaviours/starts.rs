@@ -1,0 +1,104 @@
+//! The 16 initial postures: four a behaviour, each beside one of the object's areas.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::Behaviour;
+use crate::physics::Placement;
+use crate::robot::JOINTS;
+use crate::scene;
+
+const STARTS: &str = include_str!("../../assets/starts.toml");
+
+/// Why the initial postures cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("initial postures: {0}")]
+pub struct StartError(String);
+
+/// An initial posture. Root frame, metres and radians.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// Joint angles.
+    pub angles: [f64; JOINTS],
+    /// Angles the servos hold until the controller speaks. They differ from the joints' where the hand presses on
+    /// the object.
+    pub targets: [f64; JOINTS],
+    /// Centre of the object in the hand; without one the object stands on the table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<[f64; 3]>,
+    /// Orientation of the object in the hand (w, x, y, z).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<[f64; 4]>,
+}
+
+impl Start {
+    /// Robot and object at the start of a trial. An object on the table stands at `place` (x, y).
+    #[must_use]
+    pub fn placement(&self, [x, y]: [f64; 2]) -> Placement {
+        Placement {
+            angles: self.angles,
+            targets: self.targets,
+            object: self.object.unwrap_or([x, y, scene::OBJECT_STANDING]),
+            orientation: self.orientation.unwrap_or([1.0, 0.0, 0.0, 0.0]),
+        }
+    }
+}
+
+/// The initial postures of all behaviours; posture `i` belongs to area `i`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Starts {
+    /// The hand is far from the object.
+    pub reach: [Start; 4],
+    /// The fingers are closed.
+    pub open: [Start; 4],
+    /// The open hand is over the object.
+    pub grasp: [Start; 4],
+    /// The object is in the hand, above the table.
+    #[serde(rename = "move")]
+    pub transport: [Start; 4],
+}
+
+impl Starts {
+    /// The shipped postures.
+    ///
+    /// # Errors
+    /// [`StartError`] when the shipped file was damaged; a test holds it.
+    pub fn shipped() -> Result<Self, StartError> {
+        toml::from_str(STARTS).map_err(|error| StartError(error.message().to_owned()))
+    }
+
+    /// The postures of a behaviour.
+    #[must_use]
+    pub fn of(&self, behaviour: Behaviour) -> &[Start; 4] {
+        match behaviour {
+            Behaviour::Reach => &self.reach,
+            Behaviour::Open => &self.open,
+            Behaviour::Grasp => &self.grasp,
+            Behaviour::Move => &self.transport,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::RobotModel;
+
+    #[test]
+    fn the_shipped_postures_lie_within_the_joints_limits() {
+        let robot = RobotModel::icub().unwrap();
+        let starts = Starts::shipped().unwrap();
+        for behaviour in Behaviour::ALL {
+            for start in starts.of(behaviour) {
+                for (joint, target) in robot.joints.iter().zip(start.targets) {
+                    let slack = 1e-6;
+                    assert!(target > joint.lower - slack && target < joint.upper + slack, "{}", joint.name);
+                }
+                let in_hand = behaviour == Behaviour::Move;
+                assert_eq!(start.object.is_some(), in_hand);
+            }
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Where shapes touch: a fixed list of candidate contacts, tested in every step.
+
+use fearless_simd::{Simd, SimdBase, SimdMask};
+use nalgebra::Vector3;
+
+use super::kinematics::Pose;
+use super::lanes::{Mask, Real, clamp, max, select, splat};
+use super::object::Object;
+use super::spatial::{Rotation, Vec3, vec3};
+use super::tree::{CAPSULES, Capsule, KNOBS, Shapes};
+use crate::robot::{JOINTS, joint};
+use crate::scene;
+
+/// Contacts are prepared from this gap on, in metres: more than a hand closes in a step.
+const MARGIN: f64 = 0.005;
+
+/// Points of the object's base on its rim, and its lowest point where it is round.
+const OBJECT_TABLE: usize = 5;
+
+/// Number of the first candidate between robot and object: the palm, followed by the fingertips.
+pub(super) const FIRST_TOUCH: usize = OBJECT_TABLE + KNOBS;
+/// Number of candidates.
+pub(super) const CANDIDATES: usize = FIRST_TOUCH + 1 + CAPSULES;
+
+/// A candidate that is close in at least one lane.
+#[derive(Clone, Copy)]
+pub(super) struct Contact<S: Simd> {
+    /// Number of the candidate.
+    pub(super) candidate: usize,
+    /// The lanes in which it is close.
+    pub(super) close: Mask<S>,
+    /// Distance of the surfaces; negative where they overlap.
+    pub(super) gap: Real<S>,
+    /// Unit vector from the object, or from the table, to the other body.
+    pub(super) normal: Vec3<S>,
+    /// Where it acts.
+    pub(super) point: Vec3<S>,
+    /// The robot's link in it, if it is the robot's.
+    pub(super) link: Option<usize>,
+    /// Whether the object is in it.
+    pub(super) on_object: bool,
+}
+
+/// Finds every candidate that is close in any lane, in a fixed order.
+pub(super) fn find<S: Simd>(
+    simd: S,
+    shapes: &Shapes,
+    poses: &[Pose<S>; JOINTS],
+    object: &Object<S>,
+    found: &mut Vec<Contact<S>>,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            found.clear();
+            object_on_table(simd, object, found);
+            robot_on_table(simd, shapes, poses, found);
+            robot_on_object(simd, shapes, poses, object, found);
+        },
+    );
+}
+
+#[inline(always)]
+fn up<S: Simd>(simd: S) -> Vec3<S> {
+    Vec3::splat(simd, &Vector3::z())
+}
+
+#[inline(always)]
+fn object_on_table<S: Simd>(simd: S, object: &Object<S>, found: &mut Vec<Contact<S>>) {
+    let bottom = object.centre - up(simd) * scene::OBJECT_RADIUS;
+    let low = bottom.z.simd_lt(scene::TABLE + MARGIN);
+    if !low.any_true() {
+        return;
+    }
+    let rim = (scene::OBJECT_RADIUS * scene::OBJECT_RADIUS - scene::OBJECT_BASE * scene::OBJECT_BASE).sqrt();
+    let rotation = object.rotation();
+    // The lowest point of the ball belongs to the object unless the base was cut there.
+    let round = rotation.z.z.simd_lt(scene::OBJECT_BASE / scene::OBJECT_RADIUS);
+    let corner = |x: f64, y: f64| Vector3::new(x, y, -scene::OBJECT_BASE);
+    let points = [
+        (object.centre + rotation.turn(&corner(rim, 0.0)), low),
+        (object.centre + rotation.turn(&corner(0.0, rim)), low),
+        (object.centre + rotation.turn(&corner(-rim, 0.0)), low),
+        (object.centre + rotation.turn(&corner(0.0, -rim)), low),
+        (bottom, round),
+    ];
+    for (candidate, (point, allowed)) in points.into_iter().enumerate() {
+        let gap = point.z - scene::TABLE;
+        let close = gap.simd_lt(MARGIN) & allowed;
+        if close.any_true() {
+            found.push(Contact {
+                candidate,
+                close,
+                gap,
+                normal: up(simd),
+                point,
+                link: None,
+                on_object: true,
+            });
+        }
+    }
+}
+
+#[inline(always)]
+fn robot_on_table<S: Simd>(simd: S, shapes: &Shapes, poses: &[Pose<S>; JOINTS], found: &mut Vec<Contact<S>>) {
+    for (candidate, knob) in (OBJECT_TABLE..).zip(&shapes.knobs) {
+        let (pose, p) = (&poses[knob.link], &knob.point);
+        let turned = pose.rotation.x.z * p.x + pose.rotation.y.z * p.y + pose.rotation.z.z * p.z;
+        let gap = pose.position.z + turned - (scene::TABLE + knob.radius);
+        let close = gap.simd_lt(MARGIN);
+        if close.any_true() {
+            let point = pose.point(p) - up(simd) * knob.radius;
+            let link = Some(knob.link);
+            found.push(Contact { candidate, close, gap, normal: up(simd), point, link, on_object: false });
+        }
+    }
+}
+
+#[inline(always)]
+fn robot_on_object<S: Simd>(
+    simd: S,
+    shapes: &Shapes,
+    poses: &[Pose<S>; JOINTS],
+    object: &Object<S>,
+    found: &mut Vec<Contact<S>>,
+) {
+    let palm = ball_and_palm(simd, shapes, &poses[joint::HAND], object.centre);
+    press(FIRST_TOUCH, joint::HAND, palm, object, found);
+    for (candidate, capsule) in (FIRST_TOUCH + 1..).zip(&shapes.capsules) {
+        let distance = ball_and_capsule(simd, capsule, &poses[capsule.link], object.centre);
+        press(candidate, capsule.link, distance, object, found);
+    }
+}
+
+/// Adds a contact between robot and object if it is close.
+#[inline(always)]
+fn press<S: Simd>(
+    candidate: usize,
+    link: usize,
+    (gap, normal): (Real<S>, Vec3<S>),
+    object: &Object<S>,
+    found: &mut Vec<Contact<S>>,
+) {
+    let close = gap.simd_lt(MARGIN);
+    if close.any_true() {
+        let point = object.centre + normal * scene::OBJECT_RADIUS;
+        found.push(Contact { candidate, close, gap, normal, point, link: Some(link), on_object: true });
+    }
+}
+
+/// Gap, and normal from the ball, between the object's ball and a capsule.
+#[inline(always)]
+fn ball_and_capsule<S: Simd>(
+    simd: S,
+    capsule: &Capsule,
+    pose: &Pose<S>,
+    centre: Vec3<S>,
+) -> (Real<S>, Vec3<S>) {
+    let start = pose.point(&capsule.start);
+    let axis = pose.rotation.turn(&capsule.axis);
+    let along = (centre - start).dot(axis);
+    let nearest = start + axis * clamp(along, splat(simd, 0.0), splat(simd, capsule.length));
+    let (distance, normal) = direction(simd, nearest - centre, up(simd));
+    (distance - (capsule.radius + scene::OBJECT_RADIUS), normal)
+}
+
+/// Gap, and normal from the ball, between the object's ball and the palm's box.
+#[inline(always)]
+fn ball_and_palm<S: Simd>(simd: S, shapes: &Shapes, hand: &Pose<S>, centre: Vec3<S>) -> (Real<S>, Vec3<S>) {
+    let palm = Rotation {
+        x: hand.rotation.turn(&shapes.palm_rotation.column(0).into_owned()),
+        y: hand.rotation.turn(&shapes.palm_rotation.column(1).into_owned()),
+        z: hand.rotation.turn(&shapes.palm_rotation.column(2).into_owned()),
+    };
+    let middle = hand.point(&shapes.palm_centre);
+    let local = palm.turn_back(centre - middle);
+    let half = Vec3::splat(simd, &shapes.palm_half);
+    let nearest = vec3(
+        clamp(local.x, -half.x, half.x),
+        clamp(local.y, -half.y, half.y),
+        clamp(local.z, -half.z, half.z),
+    );
+    let offset = nearest - local;
+    let (distance, normal) =
+        direction(simd, palm.x * offset.x + palm.y * offset.y + palm.z * offset.z, palm.y);
+    (distance - scene::OBJECT_RADIUS, normal)
+}
+
+/// Length and direction of a vector; `otherwise` where it has none.
+#[inline(always)]
+fn direction<S: Simd>(simd: S, v: Vec3<S>, otherwise: Vec3<S>) -> (Real<S>, Vec3<S>) {
+    let length = v.norm();
+    let scale = 1.0 / max(length, splat(simd, 1e-9));
+    let short = length.simd_lt(1e-9);
+    let unit = v * scale;
+    let direction = vec3(
+        select(short, otherwise.x, unit.x),
+        select(short, otherwise.y, unit.y),
+        select(short, otherwise.z, unit.z),
+    );
+    (length, direction)
+}

@@ -1,0 +1,353 @@
+//! Contact impulses: projected Gauss-Seidel over the contacts, warm-started, with Coulomb's friction cone.
+//!
+//! Each contact is a block of one normal and two tangential rows. In a sweep its normal impulse is set to what keeps
+//! the surfaces apart, then its friction to what stops the sliding, shortened to the cone's radius where it is longer.
+
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
+
+use super::contact::{CANDIDATES, Contact};
+use super::dynamics::Factor;
+use super::lanes::{Mask, Real, max, min, select, splat};
+use super::object::Object;
+use super::spatial::{Force, Vec3, vec3};
+use super::tree::{Chain, MAX_CHAIN, Tree};
+use crate::robot::JOINTS;
+use crate::scene;
+
+/// Share of an overlap that is undone in a step ...
+const CORRECTION: f64 = 0.2;
+/// ... beyond this depth, in metres ...
+const SLOP: f64 = 0.0002;
+/// ... and at most at this speed, in m/s.
+const CORRECTION_SPEED: f64 = 0.3;
+/// Added to a contact's response, in 1/kg: keeps it invertible where the robot cannot move in some direction.
+const COMPLIANCE: f64 = 1e-6;
+
+/// What a step's contacts need beside themselves.
+pub(super) struct Settings {
+    /// Length of a step, s.
+    pub(super) step: f64,
+    /// Sweeps over all contacts.
+    pub(super) sweeps: u32,
+    /// Friction coefficient.
+    pub(super) friction: f64,
+}
+
+/// The contacts of a step, and the impulses of the last one.
+pub(super) struct Solver<S: Simd> {
+    /// As many as there are candidates; the first `used` are this step's.
+    blocks: Vec<Block<S>>,
+    used: usize,
+    /// Impulses of the last step, by candidate: where the sweeps begin, and what touch sensors feel.
+    last: [Impulse<S>; CANDIDATES],
+}
+
+/// An impulse between two surfaces, N s.
+#[derive(Clone, Copy)]
+struct Impulse<S: Simd> {
+    normal: Real<S>,
+    /// Friction, in the root frame.
+    friction: Vec3<S>,
+}
+
+/// A contact's rows, ready for the sweeps.
+struct Block<S: Simd> {
+    candidate: usize,
+    close: Mask<S>,
+    /// Normal, then tangents.
+    directions: [Vec3<S>; 3],
+    /// The robot's joints in the contact, if it is in it.
+    chain: Option<Chain>,
+    /// Their entries of the rows, joint by joint.
+    entries: [[Real<S>; 3]; MAX_CHAIN],
+    /// How the object is in the contact, if it is.
+    object: Option<Side>,
+    /// From the object's centre to the contact.
+    arm: Vec3<S>,
+    /// Smallest normal velocity.
+    bound: Real<S>,
+    /// Responses of the rows to each other: normal-normal inverted, normal-tangents, inverse of the tangents' block.
+    normal_inverse: Real<S>,
+    coupling: [Real<S>; 2],
+    inverse: [Real<S>; 3],
+    /// Impulses so far, as in `directions`.
+    impulse: [Real<S>; 3],
+}
+
+/// Which way the normal pushes the object.
+#[derive(Clone, Copy)]
+enum Side {
+    /// The robot presses on it: against the normal.
+    Pressed,
+    /// The table supports it: along the normal.
+    Supported,
+}
+
+impl Side {
+    #[inline(always)]
+    fn sign(self) -> f64 {
+        match self {
+            Self::Pressed => -1.0,
+            Self::Supported => 1.0,
+        }
+    }
+}
+
+impl<S: Simd> Impulse<S> {
+    fn none(simd: S) -> Self {
+        Self { normal: splat(simd, 0.0), friction: Vec3::zero(simd) }
+    }
+}
+
+impl<S: Simd> Solver<S> {
+    pub(super) fn new(simd: S) -> Self {
+        Self {
+            blocks: (0..CANDIDATES).map(|_| Block::empty(simd)).collect(),
+            used: 0,
+            last: [Impulse::none(simd); CANDIDATES],
+        }
+    }
+
+    /// Normal impulse of a candidate in the last step, N s.
+    pub(super) fn pressure(&self, candidate: usize) -> &Real<S> {
+        &self.last[candidate].normal
+    }
+
+    /// Forgets the impulses of a lane.
+    pub(super) fn forget(&mut self, lane: usize) {
+        for Impulse { normal, friction } in &mut self.last {
+            for number in [normal, &mut friction.x, &mut friction.y, &mut friction.z] {
+                number[lane] = 0.0;
+            }
+        }
+    }
+
+    /// Builds the rows of a step's contacts.
+    pub(super) fn prepare(
+        &mut self,
+        simd: S,
+        tree: &Tree,
+        factor: &Factor<S>,
+        object: &Object<S>,
+        contacts: &[Contact<S>],
+        settings: &Settings,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for (block, contact) in self.blocks.iter_mut().zip(contacts) {
+                    let last = &self.last[contact.candidate];
+                    block.prepare(simd, tree, factor, object, contact, last, settings.step);
+                }
+                self.used = contacts.len();
+            },
+        );
+    }
+
+    /// Finds the impulses, applies them to the robot's whitened velocities and the object's, and keeps them.
+    pub(super) fn solve(
+        &mut self,
+        simd: S,
+        settings: &Settings,
+        whitened: &mut [Real<S>; JOINTS],
+        object: &mut Object<S>,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let blocks = &mut self.blocks[..self.used];
+                for block in &*blocks {
+                    block.apply(block.impulse, whitened, object);
+                }
+                for _ in 0..settings.sweeps {
+                    for block in &mut *blocks {
+                        block.sweep(simd, settings.friction, whitened, object);
+                    }
+                }
+                let mut blocks = blocks.iter().peekable();
+                for (candidate, last) in self.last.iter_mut().enumerate() {
+                    *last = match blocks.next_if(|block| block.candidate == candidate) {
+                        Some(block) => {
+                            let [normal, s, t] = block.impulse;
+                            Impulse { normal, friction: block.directions[1] * s + block.directions[2] * t }
+                        }
+                        None => Impulse::none(simd),
+                    };
+                }
+            },
+        );
+    }
+}
+
+impl<S: Simd> Block<S> {
+    fn empty(simd: S) -> Self {
+        let zero = splat(simd, 0.0);
+        Self {
+            candidate: 0,
+            close: zero.simd_lt(0.0),
+            directions: [Vec3::zero(simd); 3],
+            chain: None,
+            entries: [[zero; 3]; MAX_CHAIN],
+            object: None,
+            arm: Vec3::zero(simd),
+            bound: zero,
+            normal_inverse: zero,
+            coupling: [zero; 2],
+            inverse: [zero; 3],
+            impulse: [zero; 3],
+        }
+    }
+
+    #[inline(always)]
+    fn prepare(
+        &mut self,
+        simd: S,
+        tree: &Tree,
+        factor: &Factor<S>,
+        object: &Object<S>,
+        contact: &Contact<S>,
+        last: &Impulse<S>,
+        step: f64,
+    ) {
+        let zero = splat(simd, 0.0);
+        self.candidate = contact.candidate;
+        self.close = contact.close;
+        self.directions = frame(simd, contact.normal);
+        self.arm = contact.point - object.centre;
+        self.object = match (contact.on_object, contact.link) {
+            (true, Some(_)) => Some(Side::Pressed),
+            (true, None) => Some(Side::Supported),
+            (false, _) => None,
+        };
+        self.chain = contact.link.map(|link| tree.chains[link]);
+
+        // Responses nn, ns, nt, ss, st, tt.
+        let mut response =
+            [splat(simd, COMPLIANCE), zero, zero, splat(simd, COMPLIANCE), zero, splat(simd, COMPLIANCE)];
+        if let Some(chain) = self.chain {
+            let mut forces = self.directions.map(
+                #[inline(always)]
+                |direction| Force::at(contact.point, direction),
+            );
+            for (entry, joint) in self.entries.iter_mut().zip(chain.joints()) {
+                let [n, s, t] = &mut forces;
+                let row = [
+                    factor.transmit(joint, n, zero),
+                    factor.transmit(joint, s, zero),
+                    factor.transmit(joint, t, zero),
+                ];
+                add_products(&mut response, row, row);
+                *entry = row;
+            }
+        }
+        if self.object.is_some() {
+            let [n, s, t] = self.directions;
+            let turns = [self.arm.cross(n), self.arm.cross(s), self.arm.cross(t)];
+            let rows = [
+                [turns[0].x, turns[1].x, turns[2].x],
+                [turns[0].y, turns[1].y, turns[2].y],
+                [turns[0].z, turns[1].z, turns[2].z],
+            ];
+            for row in rows {
+                let share = 1.0 / scene::OBJECT_INERTIA;
+                add_products(&mut response, row, [row[0] * share, row[1] * share, row[2] * share]);
+            }
+            for own in [0, 3, 5] {
+                response[own] += 1.0 / scene::OBJECT_MASS;
+            }
+        }
+        let [nn, ns, nt, ss, st, tt] = response;
+        let scale = 1.0 / (ss * tt - st * st);
+        self.normal_inverse = 1.0 / nn;
+        self.coupling = [ns, nt];
+        self.inverse = [tt * scale, -st * scale, ss * scale];
+
+        // Apart, the surfaces may close the gap in one step; overlapping, they separate at a bounded speed.
+        let apart = contact.gap * (-1.0 / step);
+        let deep = (contact.gap + SLOP) * (-CORRECTION / step);
+        let push = min(max(deep, zero), splat(simd, CORRECTION_SPEED));
+        self.bound = select(contact.gap.simd_gt(0.0), apart, push);
+        let begin =
+            [last.normal, last.friction.dot(self.directions[1]), last.friction.dot(self.directions[2])];
+        self.impulse = begin.map(
+            #[inline(always)]
+            |impulse| contact.close.select(impulse, zero),
+        );
+    }
+
+    #[inline(always)]
+    fn sweep(&mut self, simd: S, friction: f64, whitened: &mut [Real<S>; JOINTS], object: &mut Object<S>) {
+        let zero = splat(simd, 0.0);
+        let [vn, vs, vt] = self.velocity(simd, whitened, object);
+        let [n, s, t] = self.impulse;
+        let normal = max(n + (self.bound - vn) * self.normal_inverse, zero);
+        let dn = self.close.select(normal - n, zero);
+        let (vs, vt) = (vs + self.coupling[0] * dn, vt + self.coupling[1] * dn);
+        let [a, b, c] = self.inverse;
+        let (slide, drift) = (s - (a * vs + b * vt), t - (b * vs + c * vt));
+        let limit = (n + dn) * friction;
+        let square = slide * slide + drift * drift;
+        let outside = square.simd_gt(limit * limit);
+        let scale = select(outside, limit / square.sqrt(), splat(simd, 1.0));
+        let ds = self.close.select(slide * scale - s, zero);
+        let dt = self.close.select(drift * scale - t, zero);
+        self.impulse = [n + dn, s + ds, t + dt];
+        self.apply([dn, ds, dt], whitened, object);
+    }
+
+    /// Velocity of the surfaces relative to each other, along the directions.
+    #[inline(always)]
+    fn velocity(&self, simd: S, whitened: &[Real<S>; JOINTS], object: &Object<S>) -> [Real<S>; 3] {
+        let mut sum = [splat(simd, 0.0); 3];
+        if let Some(chain) = &self.chain {
+            for (entry, joint) in self.entries.iter().zip(chain.joints()) {
+                let w = whitened[joint];
+                sum[0] += entry[0] * w;
+                sum[1] += entry[1] * w;
+                sum[2] += entry[2] * w;
+            }
+        }
+        if let Some(side) = self.object {
+            let velocity = object.velocity_at(self.arm) * side.sign();
+            for (sum, direction) in sum.iter_mut().zip(&self.directions) {
+                *sum += direction.dot(velocity);
+            }
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn apply(&self, [a, b, c]: [Real<S>; 3], whitened: &mut [Real<S>; JOINTS], object: &mut Object<S>) {
+        if let Some(chain) = &self.chain {
+            for (entry, joint) in self.entries.iter().zip(chain.joints()) {
+                whitened[joint] += entry[0] * a + entry[1] * b + entry[2] * c;
+            }
+        }
+        if let Some(side) = self.object {
+            let [n, s, t] = self.directions;
+            object.push(self.arm, (n * a + s * b + t * c) * side.sign());
+        }
+    }
+}
+
+/// Adds the products of three numbers with three others: 00, 01, 02, 11, 12, 22.
+#[inline(always)]
+fn add_products<S: Simd>(sums: &mut [Real<S>; 6], a: [Real<S>; 3], b: [Real<S>; 3]) {
+    sums[0] += a[0] * b[0];
+    sums[1] += a[0] * b[1];
+    sums[2] += a[0] * b[2];
+    sums[3] += a[1] * b[1];
+    sums[4] += a[1] * b[2];
+    sums[5] += a[2] * b[2];
+}
+
+/// A normal with two tangents (Duff et al., Building an Orthonormal Basis, Revisited, 2017).
+#[inline(always)]
+fn frame<S: Simd>(simd: S, n: Vec3<S>) -> [Vec3<S>; 3] {
+    let sign = select(n.z.simd_lt(0.0), splat(simd, -1.0), splat(simd, 1.0));
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    let first = vec3(sign * n.x * n.x * a + 1.0, sign * b, -sign * n.x);
+    let second = vec3(b, n.y * n.y * a + sign, -n.y);
+    [n, first, second]
+}

@@ -1,0 +1,158 @@
+//! The same bits whatever the instruction set, the lane and the neighbours.
+
+use std::sync::Arc;
+
+use proptest::prelude::*;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use selftalk_sim::behaviours::Starts;
+use selftalk_sim::physics::{Instructions, engine};
+use selftalk_sim::robot::{JOINTS, RobotModel};
+use selftalk_sim::{Behaviour, Draw, Experiment, Genotype, Job, Simulator, TrialOutcome};
+use sha2::{Digest, Sha256};
+
+const DRAW: Draw = Draw { replication: 1, generation: 2 };
+
+fn genotype(simulator: &Simulator, seed: u64) -> Genotype {
+    let mut stream = ChaCha8Rng::seed_from_u64(seed);
+    Genotype::new((0..simulator.gene_count()).map(|_| stream.random()).collect::<Vec<u16>>())
+}
+
+fn hex(hash: Sha256) -> String {
+    hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn outcomes_digest(instructions: Instructions) -> String {
+    let simulator = Simulator::with_instructions(&Experiment::default(), instructions).unwrap();
+    let mut hash = Sha256::new();
+    for seed in 0..4 {
+        for outcome in simulator.evaluate(&genotype(&simulator, seed), DRAW, 0..16).unwrap() {
+            hash.update(outcome.score.to_bits().to_le_bytes());
+            hash.update([u8::from(outcome.success)]);
+            hash.update(outcome.steps.to_le_bytes());
+        }
+    }
+    hex(hash)
+}
+
+/// All signals of a trial of each behaviour.
+fn signals_digest(instructions: Instructions) -> String {
+    let simulator = Simulator::with_instructions(&Experiment::default(), instructions).unwrap();
+    let mut hash = Sha256::new();
+    for trial in [0, 5, 10, 15] {
+        for frame in simulator.trace(&genotype(&simulator, 7), DRAW, trial).unwrap().frames {
+            let seen = &frame.observation;
+            let signals = frame
+                .sensors
+                .iter()
+                .chain(&frame.internal)
+                .chain(&frame.motors.0)
+                .chain(&seen.angles)
+                .chain(&seen.palm)
+                .chain(&seen.object)
+                .chain(&seen.orientation);
+            for signal in signals {
+                hash.update(signal.to_bits().to_le_bytes());
+            }
+        }
+    }
+    hex(hash)
+}
+
+/// The shipped grasps under commands that wave the arm and clench the hand: rich in contacts.
+fn states_digest(instructions: Instructions) -> String {
+    let robot = RobotModel::icub().unwrap();
+    let mut engine = engine(&robot, &Experiment::default(), instructions).unwrap();
+    let starts = Starts::shipped().unwrap();
+    let mut hash = Sha256::new();
+    for behaviour in Behaviour::ALL {
+        for (lane, start) in starts.of(behaviour).iter().enumerate() {
+            engine.place(lane, &start.placement([-0.3, -0.1]));
+        }
+        let mut stream = ChaCha8Rng::seed_from_u64(1);
+        for _ in 0..10 {
+            for lane in 0..4 {
+                let targets: [f64; JOINTS] =
+                    std::array::from_fn(|i| robot.joints[i].angle(stream.random::<f64>()));
+                engine.command(lane, &targets);
+            }
+            engine.advance();
+            for lane in 0..4 {
+                let seen = engine.observe(lane);
+                for number in seen.angles.iter().chain(&seen.object).chain(&seen.orientation) {
+                    hash.update(number.to_bits().to_le_bytes());
+                }
+            }
+        }
+    }
+    hex(hash)
+}
+
+/// Digests of outcomes, signals and states. They change only with the simulator, and then its users' histories do.
+const GOLDEN: [&str; 3] = ["7091a895ffd9b096", "6a7d7d39fd41632b", "a7c67a47446e49e1"];
+
+#[test]
+fn all_instruction_sets_give_the_golden_digests() {
+    for instructions in [Instructions::Best, Instructions::Avx2, Instructions::Baseline] {
+        let digests =
+            [outcomes_digest(instructions), signals_digest(instructions), states_digest(instructions)];
+        assert_eq!(digests, GOLDEN, "{instructions:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(8))]
+
+    #[test]
+    fn a_trial_does_not_depend_on_its_neighbours(
+        seeds in prop::collection::vec(0..1000_u64, 1..5),
+        order in prop::collection::vec((any::<prop::sample::Index>(), 0..16_u32), 1..12),
+    ) {
+        let simulator = Simulator::new(&Experiment::default()).unwrap();
+        let genotypes: Vec<Arc<Genotype>> =
+            seeds.iter().map(|seed| Arc::new(genotype(&simulator, *seed))).collect();
+        let mut jobs = order.iter().map(|(index, trial)| {
+            let genotype = index.get(&genotypes);
+            Job { genotype: Arc::clone(genotype), draw: DRAW, trial: *trial, tag: (Arc::clone(genotype), *trial) }
+        });
+        let mut crowded: Vec<((Arc<Genotype>, u32), TrialOutcome)> = Vec::new();
+        simulator.run(|| jobs.next(), |tag, outcome| crowded.push((tag, outcome))).unwrap();
+        prop_assert_eq!(crowded.len(), order.len());
+        for ((genotype, trial), outcome) in crowded {
+            let alone = simulator.evaluate(&genotype, DRAW, trial..trial + 1).unwrap();
+            prop_assert_eq!(alone[0].score.to_bits(), outcome.score.to_bits());
+            prop_assert_eq!(alone[0], outcome);
+        }
+    }
+
+    #[test]
+    fn a_trace_comes_to_the_same_as_its_trial(seed in 0..1000_u64, trial in 0..16_u32) {
+        let simulator = Simulator::new(&Experiment::default()).unwrap();
+        let genotype = genotype(&simulator, seed);
+        let trace = simulator.trace(&genotype, DRAW, trial).unwrap();
+        prop_assert_eq!(trace.frames.len() as u32, trace.outcome.steps);
+        prop_assert_eq!(vec![trace.outcome], simulator.evaluate(&genotype, DRAW, trial..trial + 1).unwrap());
+    }
+
+    /// Weights of up to 1000 drive every motor from one end to the other at any step.
+    #[test]
+    fn no_controller_drives_the_simulation_out_of_bounds(seed in 0..1_000_000_u64, trial in 0..16_u32) {
+        let overrides = ["controller.weight_range=1000.0".to_owned()];
+        let experiment = Experiment::from_toml("test", "", &overrides).unwrap();
+        let simulator = Simulator::new(&experiment).unwrap();
+        let trace = simulator.trace(&genotype(&simulator, seed), DRAW, trial).unwrap();
+        for frame in trace.frames {
+            prop_assert!(frame.observation.is_finite());
+            prop_assert!(frame.observation.palm.iter().all(|x| x.abs() < 1.0), "{:?}", frame.observation);
+            prop_assert!(frame.observation.object.iter().all(|x| x.abs() < 20.0), "{:?}", frame.observation);
+        }
+        prop_assert!((0.0..=1.0).contains(&trace.outcome.score));
+    }
+}
+
+#[test]
+fn evaluations_that_do_not_fit_are_refused() {
+    let simulator = Simulator::new(&Experiment::default()).unwrap();
+    assert!(simulator.evaluate(&Genotype::new([0_u16; 10]), DRAW, 0..1).is_err());
+    assert!(simulator.evaluate(&genotype(&simulator, 1), DRAW, 16..17).is_err());
+}

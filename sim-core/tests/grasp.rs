@@ -1,0 +1,126 @@
+//! Scripted grasps through the public interface: nothing but contact forces holds the object.
+
+use nalgebra::{Point3, Vector3};
+use selftalk_sim::behaviours::{Start, Starts};
+use selftalk_sim::experiment::Experiment;
+use selftalk_sim::physics::{Engine, Instructions, Observation, engine};
+use selftalk_sim::robot::{HandGoal, JOINTS, Kinematics, RobotModel, joint};
+use selftalk_sim::scene;
+
+type Angles = [f64; JOINTS];
+
+/// Control steps in a second.
+const SECOND: u32 = 20;
+
+struct Scene {
+    robot: RobotModel,
+    engine: Box<dyn Engine>,
+    commanded: Angles,
+}
+
+impl Scene {
+    fn new(start: &Start, object: [f64; 2], friction: f64) -> Self {
+        let robot = RobotModel::icub().unwrap();
+        let mut experiment = Experiment::default();
+        experiment.physics.friction = friction;
+        let mut engine = engine(&robot, &experiment, Instructions::Best).unwrap();
+        let placement = start.placement(object);
+        engine.place(0, &placement);
+        Self { robot, engine, commanded: placement.targets }
+    }
+
+    /// Drives the servos' targets to new angles, evenly, in a time given in control steps.
+    fn drive(&mut self, to: Angles, steps: u32) {
+        let from = self.commanded;
+        for step in 1..=steps {
+            let share = f64::from(step) / f64::from(steps);
+            self.commanded = std::array::from_fn(|i| from[i] + share * (to[i] - from[i]));
+            self.engine.command(0, &self.commanded);
+            self.engine.advance();
+        }
+    }
+
+    fn close_fingers(&mut self) {
+        let mut closed = self.commanded;
+        for i in joint::FLEXION {
+            closed[i] = self.robot.joints[i].angle(0.9);
+        }
+        self.drive(closed, 10);
+        self.drive(closed, SECOND);
+    }
+
+    fn see(&self) -> Observation {
+        self.engine.observe(0)
+    }
+
+    /// Where the object's centre is in the hand's frame.
+    fn in_hand(&self) -> Point3<f64> {
+        let seen = self.see();
+        let hand = Kinematics::new(&self.robot, &seen.angles).links[joint::HAND];
+        hand.inverse() * Point3::from(seen.object)
+    }
+
+    /// Servo targets that shift the hand, its slope changed as little as need be; the fingers stay as they are.
+    fn shifted(&self, shift: [f64; 3]) -> Angles {
+        let hand = Kinematics::new(&self.robot, &self.commanded).links[joint::HAND];
+        let (tilt, roll) = ((hand * -Vector3::x()).z.asin(), (hand * Vector3::z()).z.asin());
+        let position = Point3::from(hand.translation.vector + Vector3::from(shift));
+        let mut slopes: Vec<(i32, i32)> = (-6..=6).flat_map(|a| (-6..=6).map(move |b| (a, b))).collect();
+        slopes.sort_by_key(|(a, b)| a * a + b * b);
+        slopes
+            .into_iter()
+            .find_map(|(a, b)| {
+                let (tilt, roll) = (tilt + 0.1 * f64::from(a), roll + 0.1 * f64::from(b));
+                self.robot
+                    .bring_hand(&HandGoal { point: Point3::origin(), position, tilt, roll }, &self.commanded)
+            })
+            .expect("the hand can be shifted")
+    }
+}
+
+fn left_area() -> [f64; 2] {
+    [scene::AREAS_CENTRE[0] + scene::AREAS[2][0], scene::AREAS_CENTRE[1] + scene::AREAS[2][1]]
+}
+
+#[test]
+fn a_grasped_object_is_lifted_moved_and_held() {
+    let starts = Starts::shipped().unwrap();
+    let mut scene = Scene::new(&starts.grasp[2], left_area(), 1.0);
+    scene.close_fingers();
+    assert!(scene.see().touch.iter().filter(|touch| **touch).count() >= 3, "{:?}", scene.see());
+    let standing = scene.see().object;
+    let gripped = scene.in_hand();
+
+    scene.drive(scene.shifted([0.0, 0.0, 0.13]), 3 * SECOND);
+    let lifted = scene.see().object;
+    assert!(lifted[2] - standing[2] > 0.10, "lifted by {}", lifted[2] - standing[2]);
+
+    scene.drive(scene.shifted([0.0, 0.21, 0.0]), 4 * SECOND);
+    let hold = scene.commanded;
+    scene.drive(hold, SECOND);
+    let moved = scene.see().object;
+    assert!(moved[1] - lifted[1] > 0.20, "moved by {}", moved[1] - lifted[1]);
+
+    let before = scene.in_hand();
+    scene.drive(hold, 2 * SECOND);
+    let slipped = (scene.in_hand() - before).norm();
+    assert!(slipped < 0.001, "slipped by {slipped} m in 2 s");
+    let shifted = (scene.in_hand() - gripped).norm();
+    assert!(shifted < 0.02, "shifted in the hand by {shifted} m from grasp to end");
+}
+
+#[test]
+fn without_friction_the_object_stays_behind() {
+    let starts = Starts::shipped().unwrap();
+    for start in &starts.transport {
+        let mut held = Scene::new(start, [0.0; 2], 1.0);
+        let mut dropped = Scene::new(start, [0.0; 2], 0.0);
+        for scene in [&mut held, &mut dropped] {
+            let hold = scene.commanded;
+            scene.drive(hold, 3 * SECOND);
+        }
+        let height = |scene: &Scene| scene.see().object[2] - scene::OBJECT_STANDING;
+        assert!(height(&held) > 0.05, "{}", height(&held));
+        assert!(height(&dropped) < 0.05, "{}", height(&dropped));
+    }
+}
