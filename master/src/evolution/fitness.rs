@@ -58,7 +58,7 @@ mod tests {
     use selftalk_sim::Experiment;
 
     fn simulator() -> Simulator {
-        Simulator::new(&Experiment::default())
+        Simulator::new(&Experiment::default()).unwrap()
     }
 
     /// Outcomes in which every trial of a behaviour has that behaviour's score.
