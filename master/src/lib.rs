@@ -1,4 +1,6 @@
 //! The master: holds the population, hands batches of evaluations to workers, and keeps every generation in SQLite.
 
+pub mod cli;
 pub mod evolution;
+pub mod exit;
 pub mod store;
