@@ -1,5 +1,7 @@
 //! The master: holds the population, hands batches of evaluations to workers, and keeps every generation in SQLite.
 
+pub mod cli;
 pub mod evolution;
+pub mod exit;
 pub mod scheduler;
 pub mod store;

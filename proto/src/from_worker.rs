@@ -161,13 +161,13 @@ impl TryFrom<v1::UnitResult> for UnitResult {
     }
 }
 
-/// A trial whose score is not a number has failed; the history holds numbers only.
+/// A trial whose score is not a finite number has failed; one pattern of bits stands for all of those.
 fn outcome(trial: v1::TrialOutcome) -> TrialOutcome {
     let v1::TrialOutcome { score, success, steps } = trial;
     if score.is_finite() {
         TrialOutcome { score, success, steps }
     } else {
-        TrialOutcome { score: 0.0, success: false, steps }
+        TrialOutcome { score: f64::NAN, success: false, steps }
     }
 }
 
@@ -211,12 +211,11 @@ mod tests {
 
     #[test]
     fn a_score_that_is_no_number_is_a_failed_trial() {
-        let outcome = TrialOutcome { score: f64::NAN, success: true, steps: 4 };
-        let key = UnitKey::from_bytes([9; 16]);
-        let sent = FromWorker::Results(vec![UnitResult { key, answer: Answer::Outcomes(vec![outcome]) }]);
-        let failed = TrialOutcome { score: 0.0, success: false, steps: 4 };
-        let got = FromWorker::Results(vec![UnitResult { key, answer: Answer::Outcomes(vec![failed]) }]);
-        assert_eq!(back(sent), Ok(got));
+        for score in [-f64::NAN, f64::INFINITY] {
+            let got = outcome(v1::TrialOutcome { score, success: true, steps: 4 });
+            assert_eq!(got.score.to_bits(), f64::NAN.to_bits());
+            assert!(!got.success && got.steps == 4);
+        }
     }
 
     #[test]

@@ -1,7 +1,80 @@
-//! The history: what is stored and read back.
+//! The history: every generation of every replication, in one SQLite file.
+//!
+//! [`Store`] is what a master needs of it.
 
+mod error;
 mod model;
 
 use std::future::Future;
 
-pub use model::*;
+use selftalk_sim::Experiment;
+
+pub use error::StoreError;
+pub use model::{
+    Evaluated, ExperimentId, GenerationCommit, GenerationSummary, ReplicationId, ReplicationState, Resumed,
+    StoredExperiment, StoredReplication, WorkerId, WorkerInfo,
+};
+
+/// Where a master keeps its history. There is one writer at a time; calls may come from many tasks.
+///
+/// A call that returned has been written durably; one that failed or was dropped has written nothing.
+pub trait Store: Send + Sync + 'static {
+    /// Creates an experiment with all its replications, at generation none.
+    ///
+    /// `fingerprint` is the simulator's ([`selftalk_sim::simulator::fingerprint`]).
+    ///
+    /// # Errors
+    /// [`StoreError::Exists`] when the name is taken, whatever the settings.
+    fn create_experiment(
+        &self,
+        experiment: &Experiment,
+        fingerprint: &str,
+    ) -> impl Future<Output = Result<StoredExperiment, StoreError>> + Send;
+
+    /// The experiment of that name.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read.
+    fn experiment(
+        &self,
+        name: &str,
+    ) -> impl Future<Output = Result<Option<StoredExperiment>, StoreError>> + Send;
+
+    /// All experiments, in the order of their creation.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read.
+    fn experiments(&self) -> impl Future<Output = Result<Vec<StoredExperiment>, StoreError>> + Send;
+
+    /// The generation from which a replication goes on: its last committed one, none before the first.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read, or does not hold what was committed.
+    fn last_generation(
+        &self,
+        replication: ReplicationId,
+    ) -> impl Future<Output = Result<Option<Resumed>, StoreError>> + Send;
+
+    /// Writes a generation, and that the replication is finished if it is, in one transaction.
+    ///
+    /// # Errors
+    /// [`StoreError::Commit`] when the generation is not the replication's next one or its parts do not fit
+    /// together; others when the history cannot be written.
+    fn commit_generation(
+        &self,
+        commit: GenerationCommit<'_>,
+    ) -> impl Future<Output = Result<(), StoreError>> + Send;
+
+    /// Notes that a worker has joined.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be written.
+    fn worker_joined(&self, worker: &WorkerInfo)
+    -> impl Future<Output = Result<WorkerId, StoreError>> + Send;
+
+    /// Notes that a worker has left or was lost.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be written.
+    fn worker_left(&self, worker: WorkerId) -> impl Future<Output = Result<(), StoreError>> + Send;
+}

@@ -1,0 +1,279 @@
+//! What can be said on the command line.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  done
+    1  unexpected failure
+    2  the command line is wrong, or names something that is not there
+    3  the experiment file is refused
+    4  the database cannot be opened, read or written
+    5  the port is taken, the master cannot be reached, or it refuses the worker
+    6  the experiment exists: interrupted, or with other settings
+  130  ended by Ctrl-C, 143 by SIGTERM: the generation under way is dropped, all before it are kept
+
+Data goes to stdout, everything else to stderr; a failure is one line, `error: ...`.";
+
+/// Evolves the controllers of a simulated iCub and keeps every generation in one SQLite file.
+#[derive(Debug, Parser)]
+#[command(name = "selftalk", version, after_help = EXIT_CODES, max_term_width = 110)]
+pub struct Cli {
+    /// Options of all commands.
+    #[command(flatten)]
+    pub global: Global,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Options of all commands.
+#[derive(Debug, Clone, Args)]
+pub struct Global {
+    /// Database that holds the history
+    #[arg(long, global = true, value_name = "PATH", default_value = "selftalk.db")]
+    pub db: PathBuf,
+    /// How data is printed
+    #[arg(long, global = true, value_enum, default_value_t = Format::Table)]
+    pub format: Format,
+    /// Log more; twice for details. RUST_LOG overrides it
+    #[arg(long, short, global = true, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+}
+
+impl Global {
+    /// The directive for what is logged.
+    #[must_use]
+    pub const fn log_filter(&self) -> &'static str {
+        match self.verbose {
+            0 => "warn",
+            1 => "warn,selftalk=info,selftalk_worker=info",
+            _ => "info,selftalk=debug,selftalk_worker=debug,selftalk_proto=debug",
+        }
+    }
+}
+
+/// How data is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Columns for people
+    Table,
+    /// An array of objects, full precision
+    Json,
+    /// A header and a line a record, full precision
+    Csv,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run an experiment on this machine
+    Run(RunArgs),
+    /// Run experiments with workers that connect over the network
+    Serve(ServeArgs),
+    /// Go on with what was interrupted, on this machine
+    Resume(ResumeArgs),
+    /// Ask the database what happened
+    History(HistoryArgs),
+    /// Print a checksum of each replication's history
+    Digest(DigestArgs),
+}
+
+/// Arguments of `selftalk run`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  selftalk run quickstart                       see it learn, in about a minute
+  selftalk run elementary --workers 8           the paper's first training phase
+  selftalk run my.toml --set evolution.mutation=0.0004 --set name=mutable --db study.db
+
+An experiment that is finished is not run again; one that was interrupted is continued by `selftalk resume`.
+`selftalk --help` lists the exit codes.")]
+pub struct RunArgs {
+    /// A preset (quickstart, elementary) or an experiment file
+    #[arg(value_name = "PRESET|FILE.toml")]
+    pub experiment: String,
+    /// Threads that run trials [default: one for every core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub workers: Option<u32>,
+    /// Seed of all randomness, in place of the experiment's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    pub seed: Option<u64>,
+    /// Change a setting of the experiment, as key=value with a dotted key; can be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+/// Arguments of `selftalk serve`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  selftalk serve elementary                     new or interrupted; workers on this machine connect to port 7700
+  selftalk serve --listen 0.0.0.0:7700 a.toml b.toml --db study.db
+  selftalk serve                                go on with everything unfinished in the database
+  selftalk-worker --master http://host:7700     start as many as you like, where you like
+
+`selftalk --help` lists the exit codes.")]
+pub struct ServeArgs {
+    /// Address and port to listen on
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7700")]
+    pub listen: SocketAddr,
+    /// Presets or experiment files; without any, everything unfinished in the database is continued
+    #[arg(value_name = "PRESET|FILE.toml")]
+    pub experiments: Vec<String>,
+}
+
+/// Arguments of `selftalk resume`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  selftalk resume                               everything unfinished in selftalk.db
+  selftalk resume quickstart --workers 2
+
+`selftalk serve` does the same with workers that connect over the network.
+`selftalk --help` lists the exit codes.")]
+pub struct ResumeArgs {
+    /// Experiment to go on with [default: all unfinished ones]
+    #[arg(value_name = "EXPERIMENT")]
+    pub experiment: Option<String>,
+    /// Threads that run trials [default: one for every core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub workers: Option<u32>,
+}
+
+/// Arguments of `selftalk history`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  selftalk history experiments
+  selftalk history generations --experiment quickstart --replication 0 --format csv
+  selftalk history individuals --best                      the best of every replication's last generation
+  selftalk history individuals --replication 1 --generation 12
+  selftalk history lineage --experiment quickstart --replication 0     how its last best came to be
+
+`selftalk --help` lists the exit codes.")]
+pub struct HistoryArgs {
+    /// What to list.
+    #[command(subcommand)]
+    pub what: HistoryCommand,
+}
+
+/// The lists of `selftalk history`.
+#[derive(Debug, Clone, Subcommand)]
+pub enum HistoryCommand {
+    /// The experiments and how far they are
+    Experiments(ExperimentFilter),
+    /// The replications, how far they are and what their last generation came to
+    Replications(ReplicationFilter),
+    /// What each generation came to
+    Generations(GenerationFilter),
+    /// The individuals of one generation: the last one, unless another is named
+    Individuals(IndividualFilter),
+    /// An individual and its ancestors, back to the founder
+    Lineage(LineageFilter),
+    /// The workers that took part
+    Workers,
+}
+
+/// Which experiments.
+#[derive(Debug, Clone, Default, Args)]
+pub struct ExperimentFilter {
+    /// Only this experiment
+    #[arg(long, value_name = "NAME")]
+    pub experiment: Option<String>,
+}
+
+/// Which replications.
+#[derive(Debug, Clone, Default, Args)]
+pub struct ReplicationFilter {
+    /// Only this experiment
+    #[arg(long, value_name = "NAME")]
+    pub experiment: Option<String>,
+    /// Only this replication, counted from 0
+    #[arg(long, value_name = "N")]
+    pub replication: Option<u32>,
+}
+
+/// Which generations.
+#[derive(Debug, Clone, Default, Args)]
+pub struct GenerationFilter {
+    /// Which replications.
+    #[command(flatten)]
+    pub of: ReplicationFilter,
+    /// Only this generation, counted from 0
+    #[arg(long, value_name = "N")]
+    pub generation: Option<u32>,
+    /// Only the generation with the fittest individual of each replication
+    #[arg(long, conflicts_with = "generation")]
+    pub best: bool,
+}
+
+/// Which individuals.
+#[derive(Debug, Clone, Default, Args)]
+pub struct IndividualFilter {
+    /// Which replications.
+    #[command(flatten)]
+    pub of: ReplicationFilter,
+    /// This generation, counted from 0 [default: each replication's last]
+    #[arg(long, value_name = "N")]
+    pub generation: Option<u32>,
+    /// Only the best individual of the generation
+    #[arg(long)]
+    pub best: bool,
+}
+
+/// Whose ancestors.
+#[derive(Debug, Clone, Default, Args)]
+pub struct LineageFilter {
+    /// Which replications.
+    #[command(flatten)]
+    pub of: ReplicationFilter,
+    /// The individual's generation, counted from 0 [default: each replication's last]
+    #[arg(long, value_name = "N")]
+    pub generation: Option<u32>,
+    /// The individual's number in its generation, counted from 0 [default: the best]
+    #[arg(long, value_name = "N", conflicts_with = "best")]
+    pub individual: Option<u32>,
+    /// The best individual of the generation; the default
+    #[arg(long)]
+    pub best: bool,
+}
+
+/// Arguments of `selftalk digest`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Two histories with equal digests hold the same genotypes, parents, trial scores, successes and rankings in every
+generation. Times, workers and interruptions do not enter.
+
+Examples:
+  selftalk digest
+  selftalk digest quickstart --format json
+
+`selftalk --help` lists the exit codes.")]
+pub struct DigestArgs {
+    /// Only this experiment
+    #[arg(value_name = "EXPERIMENT")]
+    pub experiment: Option<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definitions_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn global_options_may_follow_the_command() {
+        let cli = Cli::try_parse_from(["selftalk", "history", "workers", "--db", "a.db", "--format", "csv"])
+            .unwrap();
+        assert_eq!(cli.global.db, PathBuf::from("a.db"));
+        assert_eq!(cli.global.format, Format::Csv);
+    }
+}

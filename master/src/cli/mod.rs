@@ -1,0 +1,28 @@
+//! The command line: one file a command. Data goes to stdout, progress, logs and failures to stderr.
+
+pub mod args;
+pub mod digest;
+pub mod history;
+pub mod output;
+pub mod resume;
+pub mod run;
+pub mod serve;
+
+pub use args::{Cli, Command, Format, Global};
+
+use crate::exit::Failure;
+
+/// Carries out a command line.
+///
+/// # Errors
+/// [`Failure`] with the exit code and the line to print.
+pub async fn execute(cli: Cli) -> Result<(), Failure> {
+    let Cli { global, command } = cli;
+    match command {
+        Command::Run(args) => run::run(args, &global).await,
+        Command::Serve(args) => serve::run(args, &global).await,
+        Command::Resume(args) => resume::run(args, &global).await,
+        Command::History(args) => history::run(args, &global).await,
+        Command::Digest(args) => digest::run(args, &global).await,
+    }
+}

@@ -1,0 +1,1 @@
+//! Data for people and for programs: one table, three formats.

@@ -1,0 +1,69 @@
+//! The first generation.
+
+use std::sync::Arc;
+
+use rand::Rng;
+use selftalk_sim::stream::{Purpose, StreamKey};
+use selftalk_sim::{Experiment, Genotype};
+
+use super::{Member, Origin, Population};
+
+/// Generation 0 of a replication: `evolution.population` genotypes of `genes` genes, every bit drawn at random.
+#[must_use]
+pub fn founders(experiment: &Experiment, genes: usize, replication: u32) -> Population {
+    let member = |index| {
+        let key =
+            StreamKey { seed: experiment.seed, replication, generation: 0, purpose: Purpose::Founder, index };
+        let mut bytes = vec![0; genes * 2];
+        key.stream().fill_bytes(&mut bytes);
+        let genes: Vec<u16> = bytes.as_chunks().0.iter().copied().map(u16::from_le_bytes).collect();
+        Member { genotype: Arc::new(Genotype::new(genes)), origin: Origin::Founder }
+    };
+    Population {
+        replication,
+        generation: 0,
+        members: (0..experiment.evolution.population).map(member).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evolution::distinct;
+
+    #[test]
+    fn founders_differ_from_each_other_and_between_replications_and_seeds() {
+        let experiment = Experiment::default();
+        let first = founders(&experiment, 613, 0);
+        assert_eq!(first.members.len(), 100);
+        assert_eq!(distinct(&first).len(), 100);
+        assert_eq!(first, founders(&experiment, 613, 0));
+        assert_ne!(first.members, founders(&experiment, 613, 1).members);
+        let reseeded = Experiment { seed: 2, ..experiment };
+        assert_ne!(first.members, founders(&reseeded, 613, 0).members);
+    }
+
+    #[test]
+    fn bits_are_fair() {
+        let population = founders(&Experiment::default(), 613, 0);
+        let genes = population.members.iter().flat_map(|member| member.genotype.genes());
+        let mut ones = [0_u32; 16];
+        for gene in genes {
+            for (bit, count) in ones.iter_mut().enumerate() {
+                *count += u32::from(gene >> bit & 1);
+            }
+        }
+        // 61300 draws a bit: the standard deviation is 124.
+        for count in ones {
+            assert!(count.abs_diff(61_300 / 2) < 5 * 124, "{ones:?}");
+        }
+    }
+
+    #[test]
+    fn founders_keep_their_genes_across_releases() {
+        let population = founders(&Experiment::default(), 3, 4);
+        assert_eq!(population.members[5].genotype.genes(), GOLDEN);
+    }
+
+    const GOLDEN: [u16; 3] = [19_566, 5_595, 57_814];
+}
