@@ -54,12 +54,16 @@ pub enum RefusalReason {
 impl From<FromMaster> for v1::MasterMessage {
     fn from(message: FromMaster) -> Self {
         let body = match message {
-            FromMaster::Welcome { worker, heartbeat_ms } => Body::Welcome(v1::Welcome { worker, heartbeat_ms }),
+            FromMaster::Welcome { worker, heartbeat_ms } => {
+                Body::Welcome(v1::Welcome { worker, heartbeat_ms })
+            }
             FromMaster::Refusal { reason, text } => {
                 Body::Refusal(v1::Refusal { reason: refusal::Reason::from(reason).into(), text })
             }
             FromMaster::Experiment { id, toml } => Body::Experiment(v1::Experiment { id, toml }),
-            FromMaster::Lease(units) => Body::Lease(v1::Lease { units: units.iter().map(Into::into).collect() }),
+            FromMaster::Lease(units) => {
+                Body::Lease(v1::Lease { units: units.iter().map(Into::into).collect() })
+            }
             FromMaster::Cancel(keys) => {
                 Body::Cancel(v1::Cancel { keys: keys.into_iter().map(UnitKey::to_wire).collect() })
             }

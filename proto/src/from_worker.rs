@@ -132,9 +132,9 @@ impl From<UnitResult> for v1::UnitResult {
     fn from(result: UnitResult) -> Self {
         let answer = match result.answer {
             Answer::Outcomes(outcomes) => {
-                let trials = outcomes.into_iter().map(|TrialOutcome { score, success, steps }| {
-                    v1::TrialOutcome { score, success, steps }
-                });
+                let trials = outcomes
+                    .into_iter()
+                    .map(|TrialOutcome { score, success, steps }| v1::TrialOutcome { score, success, steps });
                 unit_result::Answer::Outcomes(v1::Outcomes { trials: trials.collect() })
             }
             Answer::Failed(mut reason) => {

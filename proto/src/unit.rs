@@ -94,7 +94,8 @@ impl TryFrom<v1::Unit> for Unit {
 
     fn try_from(unit: v1::Unit) -> Result<Self, WireError> {
         let v1::Unit { first_trial: first, trials, .. } = unit;
-        let end = first.checked_add(trials).filter(|_| trials > 0).ok_or(WireError::Trials { first, trials })?;
+        let end =
+            first.checked_add(trials).filter(|_| trials > 0).ok_or(WireError::Trials { first, trials })?;
         Ok(Self {
             key: UnitKey::from_wire(&unit.key)?,
             experiment: unit.experiment,
@@ -141,10 +142,10 @@ mod tests {
         };
         assert_eq!(refused(|unit| unit.key.truncate(15)), WireError::Key(15));
         assert_eq!(refused(|unit| unit.trials = 0), WireError::Trials { first: 0, trials: 0 });
-        assert_eq!(refused(|unit| unit.first_trial = u32::MAX), WireError::Trials {
-            first: u32::MAX,
-            trials: 16
-        });
+        assert_eq!(
+            refused(|unit| unit.first_trial = u32::MAX),
+            WireError::Trials { first: u32::MAX, trials: 16 }
+        );
         assert!(matches!(refused(|unit| unit.genotype.truncate(3)), WireError::Genotype(_)));
     }
 }

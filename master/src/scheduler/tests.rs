@@ -278,7 +278,9 @@ fn a_unit_that_kills_workers_is_set_aside_and_its_neighbours_live() {
             if held.contains(&key(3)) {
                 break;
             }
-            std::mem::take(&mut held).into_iter().for_each(|key| scheduler.handle(answered(PeerId(peer), key)));
+            std::mem::take(&mut held)
+                .into_iter()
+                .for_each(|key| scheduler.handle(answered(PeerId(peer), key)));
             effects = scheduler.settle();
         }
         scheduler.handle(Event::Lost(PeerId(peer)));
