@@ -2,8 +2,15 @@
 //!
 //! [`Store`] is what a master needs of it.
 
+mod commit;
 mod error;
+mod generations;
+mod lock;
 mod model;
+mod open;
+mod read;
+mod sqlite;
+mod write;
 
 use std::future::Future;
 
@@ -11,13 +18,15 @@ use selftalk_sim::Experiment;
 
 pub use error::StoreError;
 pub use model::{
-    Evaluated, ExperimentId, GenerationCommit, GenerationSummary, ReplicationId, ReplicationState, Resumed,
-    StoredExperiment, StoredReplication, WorkerId, WorkerInfo,
+    Evaluated, ExperimentId, GenerationCommit, GenerationRecord, GenerationSummary, ReplicationId,
+    ReplicationState, Resumed, StoredExperiment, StoredReplication, WorkerId, WorkerInfo,
 };
+pub use sqlite::{Generations, SqliteStore};
 
 /// Where a master keeps its history. There is one writer at a time; calls may come from many tasks.
 ///
-/// A call that returned has been written durably; one that failed or was dropped has written nothing.
+/// What a call that returned has written is durable. A call that failed has written nothing, one that was dropped
+/// everything or nothing.
 pub trait Store: Send + Sync + 'static {
     /// Creates an experiment with all its replications, at generation none.
     ///

@@ -136,6 +136,19 @@ pub struct GenerationCommit<'a> {
     pub wall: Duration,
 }
 
+/// Everything about a generation that does not depend on how the run went, and who ran it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GenerationRecord {
+    /// Its individuals.
+    pub population: Population,
+    /// The results of its distinct genotypes.
+    pub evaluated: Vec<Evaluated>,
+    /// The members' scores.
+    pub scored: Vec<Scored>,
+    /// The members' indices, the best first.
+    pub ranking: Vec<u32>,
+}
+
 /// The generation from which a replication goes on. The next population is [`crate::evolution::reproduce`]d from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resumed {

@@ -1,0 +1,116 @@
+//! Opening a history: what the file has to be before it is touched.
+
+use std::path::Path;
+use std::time::Duration;
+
+use sqlx::migrate::{MigrateError, Migrator};
+use sqlx::sqlite::{SqliteConnectOptions, SqliteSynchronous};
+use sqlx::{ConnectOptions, Connection, SqliteConnection};
+
+use super::StoreError;
+
+/// Marks a file as ours; "slft" in SQLite's header.
+pub(super) const APPLICATION_ID: i64 = 0x736c_6674;
+
+static MIGRATIONS: Migrator = sqlx::migrate!("../migrations");
+
+/// How long to wait for another program that has the file.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// The schema version this release writes: the number of its last migration, which sets `user_version` to it.
+pub(super) fn known_version() -> i64 {
+    MIGRATIONS.iter().map(|migration| migration.version).max().unwrap_or_default()
+}
+
+/// Opens or creates a file for writing, and brings its schema up to date. Nothing is written to a file that is not
+/// ours.
+pub(super) async fn writer(path: &Path) -> Result<SqliteConnection, StoreError> {
+    if beside(path, "-wal") && std::fs::metadata(path).is_ok_and(|file| file.len() == 0) {
+        // SQLite would discard the log, with which the file can perhaps be rescued.
+        let reason = "it is empty, but its write-ahead log is there".to_owned();
+        return Err(StoreError::Corrupt { path: path.to_owned(), reason });
+    }
+    let fail = |error| StoreError::from_sqlite(path, &error);
+    let options = options(path).create_if_missing(true).synchronous(SqliteSynchronous::Full);
+    let mut connection = options.connect().await.map_err(fail)?;
+    let tables: i64 = pragma(&mut connection, "SELECT count(*) FROM sqlite_schema").await.map_err(fail)?;
+    if tables == 0 && pragma(&mut connection, "PRAGMA application_id").await.map_err(fail)? == 0 {
+        let mark = format!("PRAGMA application_id = {APPLICATION_ID}");
+        sqlx::query(sqlx::AssertSqlSafe(mark)).execute(&mut connection).await.map_err(fail)?;
+    }
+    check(path, &mut connection).await?;
+    MIGRATIONS.run(&mut connection).await.map_err(|error| match error {
+        MigrateError::Execute(error) | MigrateError::ExecuteMigration(error, _) => fail(error),
+        other => StoreError::Database { path: path.to_owned(), reason: other.to_string() },
+    })?;
+    // Only now: turning on the log writes to the file, which had to be known as ours before.
+    sqlx::query("PRAGMA journal_mode = WAL").execute(&mut connection).await.map_err(fail)?;
+    Ok(connection)
+}
+
+/// Opens a file that exists for reading, while a master may be writing it.
+pub(super) async fn reader(path: &Path) -> Result<SqliteConnection, StoreError> {
+    let refuse = |reason: &str| StoreError::Foreign { path: path.to_owned(), reason: reason.to_owned() };
+    match std::fs::metadata(path) {
+        Ok(file) if file.is_dir() => return Err(refuse("it is a folder")),
+        Ok(file) if file.len() == 0 => return Err(refuse("the file is empty")),
+        Ok(_) => {}
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            return Err(StoreError::Missing { path: path.to_owned() });
+        }
+        Err(error) => return Err(StoreError::Database { path: path.to_owned(), reason: error.to_string() }),
+    }
+    let mut opened = open_existing(path, false).await;
+    if matches!(opened, Err(StoreError::ReadOnly { .. } | StoreError::Database { .. }))
+        && !beside(path, "-wal")
+    {
+        // Where nothing can be written, readers cannot coordinate with a writer, but neither can there be one.
+        opened = open_existing(path, true).await;
+    }
+    let (connection, version) = opened?;
+    if version < known_version() {
+        return Err(StoreError::Older { path: path.to_owned(), found: version, known: known_version() });
+    }
+    Ok(connection)
+}
+
+async fn open_existing(path: &Path, immutable: bool) -> Result<(SqliteConnection, i64), StoreError> {
+    let options = options(path).read_only(true).immutable(immutable);
+    let mut connection = options.connect().await.map_err(|error| StoreError::from_sqlite(path, &error))?;
+    let version = check(path, &mut connection).await?;
+    Ok((connection, version))
+}
+
+fn options(path: &Path) -> SqliteConnectOptions {
+    SqliteConnectOptions::new().filename(path).foreign_keys(true).busy_timeout(PATIENCE)
+}
+
+/// Makes sure that the file is a history this release knows, and returns its schema version.
+async fn check(path: &Path, connection: &mut SqliteConnection) -> Result<i64, StoreError> {
+    let fail = |error| StoreError::from_sqlite(path, &error);
+    if pragma(connection, "PRAGMA application_id").await.map_err(fail)? != APPLICATION_ID {
+        let reason = "it is another program's SQLite database".to_owned();
+        return Err(StoreError::Foreign { path: path.to_owned(), reason });
+    }
+    let (found, known) = (pragma(connection, "PRAGMA user_version").await.map_err(fail)?, known_version());
+    if found > known {
+        return Err(StoreError::Newer { path: path.to_owned(), found, known });
+    }
+    Ok(found)
+}
+
+async fn pragma(connection: &mut SqliteConnection, statement: &'static str) -> Result<i64, sqlx::Error> {
+    sqlx::query_scalar(statement).fetch_one(connection).await
+}
+
+/// Whether SQLite's file with that ending is there.
+fn beside(path: &Path, ending: &str) -> bool {
+    let mut name = path.as_os_str().to_owned();
+    name.push(ending);
+    Path::new(&name).exists()
+}
+
+/// Ends a connection, folding the write-ahead log into the file.
+pub(super) async fn close(path: &Path, connection: SqliteConnection) -> Result<(), StoreError> {
+    connection.close().await.map_err(|error| StoreError::from_sqlite(path, &error))
+}
