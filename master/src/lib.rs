@@ -4,6 +4,7 @@ pub mod cli;
 pub mod driver;
 pub mod evolution;
 pub mod exit;
+pub mod master;
 pub mod scheduler;
 pub mod service;
 pub mod store;
