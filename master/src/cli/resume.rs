@@ -2,12 +2,37 @@
 
 use super::Global;
 use super::args::ResumeArgs;
+use super::choose::{continuable, open_existing, unfinished};
+use super::conduct::{Workers, conduct, watch_signals};
+use super::summary::{next_steps, print_summary};
 use crate::exit::{Exit, Failure};
+use crate::store::{Store, StoredExperiment};
 
 /// Carries out the command.
 ///
 /// # Errors
 /// [`Failure`] with the exit code and the line to print.
-pub async fn run(_args: ResumeArgs, _global: &Global) -> Result<(), Failure> {
-    Err(Failure::new(Exit::Unexpected, "not there yet"))
+pub async fn run(args: ResumeArgs, global: &Global) -> Result<(), Failure> {
+    let signal = watch_signals()?;
+    let store = open_existing(global).await?;
+    let mut experiments = store.experiments().await?;
+    if let Some(name) = &args.experiment {
+        experiments.retain(|stored| stored.experiment.name == *name);
+        if experiments.is_empty() {
+            let message = format!("{}: there is no experiment `{name}`", global.db.display());
+            return Err(Failure::new(Exit::Usage, message));
+        }
+    }
+    if !experiments.iter().any(unfinished) {
+        print_summary(&experiments, global)?;
+        eprintln!("there is nothing to resume: all of it is finished");
+        return Ok(store.close().await?);
+    }
+    experiments.retain(unfinished);
+    experiments.iter().try_for_each(|stored: &StoredExperiment| continuable(stored))?;
+    let workers = Workers::Here(args.workers.unwrap_or_else(selftalk_worker::available_cores));
+    let ended = conduct(store, experiments, workers, &signal, global).await?;
+    print_summary(&ended, global)?;
+    next_steps(&ended, global);
+    Ok(())
 }

@@ -25,6 +25,8 @@ pub struct Standing {
     pub generations: u32,
     /// Generations after which it ends at the latest.
     pub of: u32,
+    /// Trials of an individual.
+    pub trials: u32,
     /// Whether it is done.
     pub finished: bool,
     /// What the last committed generation came to.
@@ -51,24 +53,21 @@ impl Last {
 }
 
 impl Board {
-    pub(super) fn new(experiments: &[StoredExperiment]) -> Self {
-        let standing = |stored: &StoredExperiment| {
-            let (name, of) = (stored.experiment.name.clone(), stored.experiment.generations);
-            let standings = stored.replications.iter().map(move |replication| Standing {
-                experiment: name.clone(),
-                replication: replication.number,
-                generations: replication.generations,
-                of,
-                finished: replication.finished,
-                last: replication.last.map(|last| Last {
-                    best: last.best_fitness,
-                    mean: last.mean_fitness,
-                    successes: last.best_successes,
-                }),
-            });
-            standings.collect::<Vec<_>>()
-        };
-        Self { standings: experiments.iter().flat_map(standing).collect() }
+    /// Adds the replications of an experiment whose individuals have so many trials.
+    pub(super) fn add(&mut self, stored: &StoredExperiment, trials: u32) {
+        self.standings.extend(stored.replications.iter().map(|replication| Standing {
+            experiment: stored.experiment.name.clone(),
+            replication: replication.number,
+            generations: replication.generations,
+            of: stored.experiment.generations,
+            trials,
+            finished: replication.finished,
+            last: replication.last.map(|last| Last {
+                best: last.best_fitness,
+                mean: last.mean_fitness,
+                successes: last.best_successes,
+            }),
+        }));
     }
 }
 

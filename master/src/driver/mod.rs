@@ -19,7 +19,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::service::Handle;
 use crate::store::{Store, StoreError, StoredExperiment};
-pub use board::{Board, Standing};
+pub use board::{Board, Last, Standing};
 use replication::Replication;
 
 /// Why a run cannot go on.
@@ -73,7 +73,7 @@ impl<S: Store> Driver<S> {
         handle: Handle,
         experiments: &[StoredExperiment],
     ) -> Result<Self, DriverError> {
-        let (board, receiver) = watch::channel(Board::new(experiments));
+        let (board, receiver) = watch::channel(Board::default());
         let board = Arc::new(board);
         let mut replications = Vec::new();
         let mut place = 0;
@@ -81,6 +81,7 @@ impl<S: Store> Driver<S> {
             let toml = stored.experiment.to_toml();
             let number = handle.register(toml.clone()).await;
             let simulator = Simulator::new(&stored.experiment);
+            board.send_modify(|board| board.add(stored, simulator.trial_count()));
             let study = Study { experiment: stored.experiment.clone(), toml, simulator, number };
             let study = Arc::new(study);
             for replication in &stored.replications {
