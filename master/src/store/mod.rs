@@ -6,10 +6,13 @@ mod commit;
 mod error;
 mod generations;
 mod lock;
+mod memory;
 mod model;
 mod open;
 mod read;
 mod sqlite;
+#[cfg(test)]
+pub(crate) mod tests;
 mod write;
 
 use std::future::Future;
@@ -17,6 +20,7 @@ use std::future::Future;
 use selftalk_sim::Experiment;
 
 pub use error::StoreError;
+pub use memory::MemoryStore;
 pub use model::{
     Evaluated, ExperimentId, GenerationCommit, GenerationRecord, GenerationSummary, ReplicationId,
     ReplicationState, Resumed, StoredExperiment, StoredReplication, WorkerId, WorkerInfo,

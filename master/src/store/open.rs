@@ -1,6 +1,8 @@
 //! Opening a history: what the file has to be before it is touched.
 
-use std::path::Path;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use sqlx::migrate::{MigrateError, Migrator};
@@ -30,6 +32,7 @@ pub(super) async fn writer(path: &Path) -> Result<SqliteConnection, StoreError> 
         let reason = "it is empty, but its write-ahead log is there".to_owned();
         return Err(StoreError::Corrupt { path: path.to_owned(), reason });
     }
+    whole(path)?;
     let fail = |error| StoreError::from_sqlite(path, &error);
     let options = options(path).create_if_missing(true).synchronous(SqliteSynchronous::Full);
     let mut connection = options.connect().await.map_err(fail)?;
@@ -60,6 +63,7 @@ pub(super) async fn reader(path: &Path) -> Result<SqliteConnection, StoreError> 
         }
         Err(error) => return Err(StoreError::Database { path: path.to_owned(), reason: error.to_string() }),
     }
+    whole(path)?;
     let mut opened = open_existing(path, false).await;
     if matches!(opened, Err(StoreError::ReadOnly { .. } | StoreError::Database { .. }))
         && !beside(path, "-wal")
@@ -103,11 +107,42 @@ async fn pragma(connection: &mut SqliteConnection, statement: &'static str) -> R
     sqlx::query_scalar(statement).fetch_one(connection).await
 }
 
+/// Refuses a file that was cut within a page, which SQLite would fill up with zeros. Missing pages it notices itself.
+fn whole(path: &Path) -> Result<(), StoreError> {
+    let mut header = [0; 18];
+    let read = File::open(path).and_then(|mut file| {
+        file.read_exact(&mut header)?;
+        file.metadata()
+    });
+    // What cannot be read is left to SQLite, and what the log may still complete as well.
+    let Ok(file) = read else { return Ok(()) };
+    if !header.starts_with(b"SQLite format 3\0") || log_in_use(path) {
+        return Ok(());
+    }
+    let page = match u64::from(u16::from_be_bytes([header[16], header[17]])) {
+        1 => 65_536,
+        size => size,
+    };
+    if file.len().checked_rem(page).is_some_and(|rest| rest != 0) {
+        let reason = "its end is missing".to_owned();
+        return Err(StoreError::Corrupt { path: path.to_owned(), reason });
+    }
+    Ok(())
+}
+
+fn log_in_use(path: &Path) -> bool {
+    std::fs::metadata(sibling(path, "-wal")).is_ok_and(|log| log.len() > 0)
+}
+
 /// Whether SQLite's file with that ending is there.
 fn beside(path: &Path, ending: &str) -> bool {
+    sibling(path, ending).exists()
+}
+
+fn sibling(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(ending);
-    Path::new(&name).exists()
+    name.into()
 }
 
 /// Ends a connection, folding the write-ahead log into the file.

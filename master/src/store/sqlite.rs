@@ -24,8 +24,8 @@ pub struct SqliteStore {
 }
 
 #[derive(Debug)]
-struct State {
-    connection: SqliteConnection,
+pub(super) struct State {
+    pub(super) connection: SqliteConnection,
     /// A transaction was begun and its end not seen: it failed, or whoever waited for it was dropped.
     unsettled: bool,
 }
@@ -81,7 +81,7 @@ impl SqliteStore {
     }
 
     /// The connection, outside any transaction.
-    async fn state(&self) -> MutexGuard<'_, State> {
+    pub(super) async fn state(&self) -> MutexGuard<'_, State> {
         let mut state = self.state.lock().await;
         if state.unsettled {
             // It fails when SQLite has rolled back by itself already, as it does when the disk is full.
@@ -92,7 +92,7 @@ impl SqliteStore {
     }
 
     /// Begins a transaction. It takes place when [`Self::commit`] returns; otherwise nothing of it does.
-    async fn begin(&self) -> Result<MutexGuard<'_, State>, StoreError> {
+    pub(super) async fn begin(&self) -> Result<MutexGuard<'_, State>, StoreError> {
         let mut state = self.state().await;
         state.unsettled = true;
         let begin = sqlx::query("BEGIN IMMEDIATE").execute(&mut state.connection).await;

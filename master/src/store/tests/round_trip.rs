@@ -1,0 +1,175 @@
+//! What was written is what is read.
+
+use super::*;
+use crate::store::{MemoryStore, ReplicationState, SqliteStore, WorkerInfo};
+
+async fn fresh() -> (tempfile::TempDir, SqliteStore) {
+    let folder = tempfile::tempdir().unwrap();
+    let store = SqliteStore::open_writer(&folder.path().join("a.db")).await.unwrap();
+    (folder, store)
+}
+
+#[tokio::test]
+async fn every_generation_reads_back_equal() {
+    let (folder, store) = fresh().await;
+    let experiment = experiment("a");
+    let written = run(&store, &experiment, 130).await;
+    store.close().await.unwrap();
+
+    let reader = SqliteStore::open_reader(&folder.path().join("a.db")).await.unwrap();
+    let stored = reader.experiment("a").await.unwrap().unwrap();
+    assert_eq!(stored.experiment, experiment);
+    assert_eq!(stored.state(), ReplicationState::Finished);
+    for (replication, written) in stored.replications.iter().zip(&written) {
+        let mut generations = reader.generations(replication);
+        for (generation, record) in (0..).zip(written) {
+            assert_eq!(generations.read(generation).await.unwrap(), *record, "in order: {generation}");
+        }
+        for generation in [129, 0, 51, 49, 50, 51, 12, 13, 99] {
+            let mut single = reader.generations(replication);
+            assert_eq!(single.read(generation).await.unwrap(), written[generation as usize], "{generation}");
+            assert_eq!(
+                generations.read(generation).await.unwrap(),
+                written[generation as usize],
+                "{generation}"
+            );
+        }
+        assert!(generations.read(130).await.is_err());
+    }
+}
+
+#[tokio::test]
+async fn a_replication_goes_on_where_it_stopped() {
+    let (folder, store) = fresh().await;
+    let experiment = experiment("a");
+    run(&store, &experiment, 7).await;
+    store.close().await.unwrap();
+    let store = SqliteStore::open_writer(&folder.path().join("a.db")).await.unwrap();
+    run(&store, &experiment, 5).await;
+
+    let unbroken = MemoryStore::new();
+    let expected = run(&unbroken, &experiment, 12).await;
+    let stored = store.experiment("a").await.unwrap().unwrap();
+    for (replication, expected) in stored.replications.iter().zip(expected) {
+        assert_eq!(replication.generations, 12);
+        let mut generations = store.generations(replication);
+        for (generation, record) in (0..).zip(expected) {
+            assert_eq!(generations.read(generation).await.unwrap(), record);
+        }
+    }
+}
+
+#[tokio::test]
+async fn both_stores_tell_the_same() {
+    let (_folder, store) = fresh().await;
+    let memory = MemoryStore::new();
+    let mut experiment = experiment("a");
+    experiment.generations = 9;
+    run(&store, &experiment, 9).await;
+    run(&memory, &experiment, 9).await;
+    let a = store.experiment("a").await.unwrap().unwrap();
+    let b = memory.experiment("a").await.unwrap().unwrap();
+    for (a, b) in a.replications.iter().zip(&b.replications) {
+        assert_eq!((a.number, a.finished, a.generations), (b.number, b.finished, b.generations));
+        assert_eq!((a.last, a.first_optimal), (b.last, b.first_optimal));
+        assert_eq!(a.state(), ReplicationState::Finished);
+        let resumed = store.last_generation(a.id).await.unwrap();
+        assert_eq!(resumed, memory.last_generation(b.id).await.unwrap());
+    }
+}
+
+#[tokio::test]
+async fn optimal_individuals_and_the_summary_are_those_of_the_generation() {
+    let (_folder, store) = fresh().await;
+    let experiment = experiment("a");
+    let id = store.create_experiment(&experiment, "sim-1").await.unwrap().replications[0].id;
+    for generation in 0..3 {
+        let mut record = next(&store, &experiment, id, 0).await;
+        if generation > 0 {
+            let same = record.evaluated[1].member;
+            record.evaluated[1].outcomes.iter_mut().for_each(|outcome| outcome.success = true);
+            let population = &record.population.members;
+            for (member, scored) in population.iter().zip(&mut record.scored) {
+                if member.genotype == population[same as usize].genotype {
+                    scored.successes = 16;
+                }
+            }
+        }
+        commit(&store, id, &record, false).await.unwrap();
+        let stored = store.experiment("a").await.unwrap().unwrap();
+        let last = stored.replications[0].last.unwrap();
+        let best = record.scored[record.ranking[0] as usize];
+        assert_eq!((last.best_fitness, last.best_successes), (best.fitness, best.successes));
+        assert_eq!(last.distinct as usize, record.evaluated.len());
+        assert_eq!(stored.replications[0].first_optimal, (generation > 0).then_some(1));
+        assert_eq!(last.most_successes == 16, generation > 0);
+        let optimal = record.scored.iter().filter(|scored| scored.successes == 16).count();
+        assert_eq!(last.optimal as usize, optimal);
+    }
+    let stored = store.experiment("a").await.unwrap().unwrap();
+    assert_eq!(stored.state(), ReplicationState::Running);
+    assert_eq!(stored.replications[1].last, None);
+}
+
+#[tokio::test]
+async fn failures_workers_and_scores_beyond_numbers_are_kept() {
+    let (_folder, store) = fresh().await;
+    let info = WorkerInfo {
+        name: "w".to_owned(),
+        host: "h".to_owned(),
+        process: 7,
+        version: "1".to_owned(),
+        slots: 2,
+    };
+    let worker = store.worker_joined(&info).await.unwrap();
+    let experiment = experiment("a");
+    let stored = store.create_experiment(&experiment, "sim-1").await.unwrap();
+    let mut record = evaluate(founders(&experiment, GENES, 1), Some(worker));
+    record.evaluated[3].failure = Some("lost 5 workers".to_owned());
+    record.evaluated[3].outcomes[2].score = f64::INFINITY;
+    commit(&store, stored.replications[1].id, &record, false).await.unwrap();
+    store.worker_left(worker).await.unwrap();
+    let read = store.generations(&stored.replications[1]).read(0).await.unwrap();
+    assert_eq!(read.evaluated[0], record.evaluated[0]);
+    assert_eq!(read.evaluated[3].failure, record.evaluated[3].failure);
+    assert!(read.evaluated[3].outcomes[2].score.is_nan());
+}
+
+#[tokio::test]
+async fn what_does_not_fit_is_refused_and_leaves_nothing() {
+    let (_folder, store) = fresh().await;
+    let experiment = experiment("a");
+    let id = store.create_experiment(&experiment, "sim-1").await.unwrap().replications[0].id;
+    let good = next(&store, &experiment, id, 0).await;
+    let later = evaluate(reproduce(&experiment, &good.population, &good.ranking), None);
+    let other = evaluate(founders(&experiment, GENES, 1), None);
+    let mut unranked = good.clone();
+    unranked.ranking[0] = unranked.ranking[1];
+    let mut unevaluated = good.clone();
+    unevaluated.evaluated.pop();
+    let mut unscored = good.clone();
+    unscored.scored[5].fitness = f64::NAN;
+    for bad in [&later, &other, &unranked, &unevaluated, &unscored] {
+        let error = commit(&store, id, bad, false).await.unwrap_err();
+        assert!(matches!(error, StoreError::Commit { .. }), "{error}");
+        assert_eq!(store.last_generation(id).await.unwrap(), None);
+    }
+    commit(&store, id, &good, false).await.unwrap();
+    assert!(commit(&store, id, &good, false).await.is_err(), "the same generation twice");
+    commit(&store, id, &later, true).await.unwrap();
+    let after = next(&store, &experiment, id, 0).await;
+    let error = commit(&store, id, &after, false).await.unwrap_err();
+    assert!(error.to_string().contains("finished"), "{error}");
+}
+
+#[tokio::test]
+async fn a_name_is_taken_once() {
+    let (_folder, store) = fresh().await;
+    store.create_experiment(&experiment("a"), "sim-1").await.unwrap();
+    store.create_experiment(&experiment("b"), "sim-1").await.unwrap();
+    let error = store.create_experiment(&experiment("a"), "sim-1").await.unwrap_err();
+    assert!(matches!(error, StoreError::Exists { .. }), "{error}");
+    let names: Vec<_> = store.experiments().await.unwrap().into_iter().map(|e| e.experiment.name).collect();
+    assert_eq!(names, ["a", "b"]);
+    assert_eq!(store.experiment("c").await.unwrap(), None);
+}
