@@ -99,7 +99,9 @@ async fn run(
 ///
 /// # Errors
 /// [`Exit::Network`] when it is taken or does not belong to this machine.
-pub(super) async fn listen(address: impl tokio::net::ToSocketAddrs + std::fmt::Display) -> Result<TcpListener, Failure> {
+pub(super) async fn listen(
+    address: impl tokio::net::ToSocketAddrs + std::fmt::Display,
+) -> Result<TcpListener, Failure> {
     let name = address.to_string();
     let fail = |error| Failure::new(Exit::Network, format!("{name}: cannot listen: {error}"));
     TcpListener::bind(address).await.map_err(fail)
@@ -114,7 +116,8 @@ impl Crew {
     fn hire(count: u32, master: &str, shutdown: &CancellationToken) -> Self {
         let mut tasks = JoinSet::new();
         for _ in 0..count {
-            let config = Config { slots: 1, ..Config::new(master) };
+            let mut config = Config::new(master);
+            config.slots = 1;
             tasks.spawn(selftalk_worker::run(config, shutdown.clone()));
         }
         Self { tasks }
@@ -149,11 +152,8 @@ fn failure(error: MasterError) -> Failure {
 }
 
 fn interrupted(experiments: &[StoredExperiment], signal: &Signal, global: &Global) -> Failure {
-    let exit = if signal.exit_code() == Some(Exit::Terminated as u8) {
-        Exit::Terminated
-    } else {
-        Exit::Interrupted
-    };
+    let exit =
+        if signal.exit_code() == Some(Exit::Terminated as u8) { Exit::Terminated } else { Exit::Interrupted };
     let name = match experiments {
         [one] => one.experiment.name.as_str(),
         _ => "",

@@ -51,7 +51,8 @@ async fn draw(board: watch::Receiver<Board>, crew: watch::Receiver<Crew>, stop: 
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     let mut bars = Vec::new();
     for row in rows(&board.borrow()) {
-        let bar = display.add(ProgressBar::new(row.of.into()).with_style(style.clone()).with_prefix(row.name));
+        let bar =
+            display.add(ProgressBar::new(row.of.into()).with_style(style.clone()).with_prefix(row.name));
         bar.set_position(row.done.into());
         // What an earlier run did says nothing about the time this one takes.
         bar.reset_eta();
@@ -84,7 +85,12 @@ async fn print(board: watch::Receiver<Board>, crew: watch::Receiver<Crew>, stop:
         let now = board.borrow().clone();
         for (was, standing) in finished.iter_mut().zip(&now.standings) {
             if standing.finished && !std::mem::replace(was, true) {
-                eprintln!("{}: done, {} generations  {}", name(standing), standing.generations, worth(&[standing]));
+                eprintln!(
+                    "{}: done, {} generations  {}",
+                    name(standing),
+                    standing.generations,
+                    worth(&[standing])
+                );
             }
         }
         if stop.is_cancelled() {
@@ -94,7 +100,12 @@ async fn print(board: watch::Receiver<Board>, crew: watch::Receiver<Crew>, stop:
             next += LINES;
             for row in by_experiment(&now).into_iter().filter(|row| row.done < row.of) {
                 let (name, message) = (row.name.trim_end(), row.message);
-                eprintln!("{name}: {} of {} generations  {message}  {}", row.done, row.of, workers(*crew.borrow()));
+                eprintln!(
+                    "{name}: {} of {} generations  {message}  {}",
+                    row.done,
+                    row.of,
+                    workers(*crew.borrow())
+                );
             }
         }
         tokio::select! {

@@ -23,13 +23,17 @@ pub async fn run(args: RunArgs, global: &Global) -> Result<(), Failure> {
     let stored = find_or_create(&store, &experiment).await?;
     if !unfinished(&stored) {
         print_summary(&[stored], global)?;
-        eprintln!("`{name}` is finished already and is not run again; `--set name=...` runs it under another name");
+        eprintln!(
+            "`{name}` is finished already and is not run again; `--set name=...` runs it under another name"
+        );
         return Ok(store.close().await?);
     }
     continuable(&stored)?;
     if begun {
-        let message =
-            format!("experiment `{name}` was interrupted; `{}` goes on with it", resume_command(global, name));
+        let message = format!(
+            "experiment `{name}` was interrupted; `{}` goes on with it",
+            resume_command(global, name)
+        );
         return Err(Failure::new(Exit::Exists, message));
     }
     let workers = Workers::Here(args.workers.unwrap_or_else(selftalk_worker::available_cores));

@@ -1,7 +1,7 @@
 //! What a run came to, at its end.
 
-use super::choose::command;
 use super::Global;
+use super::choose::command;
 use crate::exit::Failure;
 use crate::store::StoredExperiment;
 
