@@ -58,7 +58,7 @@ async fn keep_connected(
 ) -> Result<End, WorkerError> {
     let begin = Instant::now();
     let mut backoff = Backoff::new(config.instance());
-    let mut reached = false;
+    let (mut reached, mut first) = (false, true);
     loop {
         let (reason, welcomed) = match session.run().await? {
             Ended::Finished => return Ok(End::Finished),
@@ -77,7 +77,13 @@ async fn keep_connected(
         if !reached {
             pause = pause.min(config.connect_timeout.saturating_sub(begin.elapsed()));
         }
-        tracing::info!(master = config.master, reason, ?pause, "not connected, trying again");
+        // Said once; a master may be away for hours.
+        if welcomed || first {
+            tracing::info!(master = config.master, reason, "not connected, trying again and again");
+        } else {
+            tracing::debug!(reason, ?pause, "not connected");
+        }
+        first = false;
         tokio::select! {
             () = sleep(pause) => {}
             () = shutdown.cancelled() => return Ok(End::Stopped),

@@ -223,6 +223,9 @@ pub struct IndividualFilter {
     /// Only the best individual of the generation
     #[arg(long)]
     pub best: bool,
+    /// Show the genes as well, four hexadecimal digits each
+    #[arg(long)]
+    pub genes: bool,
 }
 
 /// Whose ancestors.

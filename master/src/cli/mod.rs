@@ -9,8 +9,11 @@ pub mod output;
 mod progress;
 pub mod resume;
 pub mod run;
+pub mod select;
 pub mod serve;
 mod summary;
+#[cfg(test)]
+mod tests;
 
 pub use args::{Cli, Command, Format, Global};
 

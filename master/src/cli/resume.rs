@@ -1,12 +1,11 @@
 //! `selftalk resume`.
 
-use super::Global;
 use super::args::ResumeArgs;
 use super::choose::{continuable, open_existing, unfinished};
 use super::conduct::{Workers, conduct, watch_signals};
 use super::summary::{next_steps, print_summary};
-use crate::exit::{Exit, Failure};
-use crate::store::{Store, StoredExperiment};
+use super::{Global, select};
+use crate::exit::Failure;
 
 /// Carries out the command.
 ///
@@ -15,21 +14,14 @@ use crate::store::{Store, StoredExperiment};
 pub async fn run(args: ResumeArgs, global: &Global) -> Result<(), Failure> {
     let signal = watch_signals()?;
     let store = open_existing(global).await?;
-    let mut experiments = store.experiments().await?;
-    if let Some(name) = &args.experiment {
-        experiments.retain(|stored| stored.experiment.name == *name);
-        if experiments.is_empty() {
-            let message = format!("{}: there is no experiment `{name}`", global.db.display());
-            return Err(Failure::new(Exit::Usage, message));
-        }
-    }
+    let mut experiments = select::experiments(&store, args.experiment.as_deref()).await?;
     if !experiments.iter().any(unfinished) {
         print_summary(&experiments, global)?;
         eprintln!("there is nothing to resume: all of it is finished");
         return Ok(store.close().await?);
     }
     experiments.retain(unfinished);
-    experiments.iter().try_for_each(|stored: &StoredExperiment| continuable(stored))?;
+    experiments.iter().try_for_each(continuable)?;
     let workers = Workers::Here(args.workers.unwrap_or_else(selftalk_worker::available_cores));
     let ended = conduct(store, experiments, workers, &signal, global).await?;
     print_summary(&ended, global)?;

@@ -1,27 +1,29 @@
 //! What a run came to, at its end.
 
-use super::Global;
 use super::choose::command;
+use super::{Global, history};
 use crate::exit::Failure;
 use crate::store::StoredExperiment;
 
-pub(super) fn print_summary(experiments: &[StoredExperiment], _global: &Global) -> Result<(), Failure> {
-    for stored in experiments {
-        println!("{:?}", stored.replications);
-    }
-    Ok(())
+/// Prints how the replications stand.
+///
+/// # Errors
+/// Those of printing.
+pub(super) fn print_summary(experiments: &[StoredExperiment], global: &Global) -> Result<(), Failure> {
+    history::replications(experiments).print(global.format)
 }
 
 /// Says on stderr what can be asked next.
 pub(super) fn next_steps(experiments: &[StoredExperiment], global: &Global) {
     let Some(stored) = experiments.first() else { return };
     let name = &stored.experiment.name;
-    eprintln!("\nTry next:");
-    for (what, why) in [
-        (format!("history generations --experiment {name}"), "how it learned"),
-        (format!("history lineage --experiment {name} --best"), "how the best came to be"),
-        (format!("digest {name}"), "a checksum that every run of this experiment shares"),
-    ] {
-        eprintln!("  {}    # {why}", command(global, &what));
+    let steps = [
+        ("how it learned", format!("history generations --experiment {name}")),
+        ("how the best came to be", format!("history lineage --experiment {name}")),
+        ("what every run of it agrees on", format!("digest {name}")),
+    ];
+    eprintln!("\nNext:");
+    for (why, what) in steps {
+        eprintln!("  {why:32}{}", command(global, &what));
     }
 }

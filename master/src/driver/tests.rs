@@ -13,7 +13,7 @@ use tokio::time::timeout;
 use super::*;
 use crate::master::{Master, MasterError};
 use crate::service::{Crew, Settings};
-use crate::store::{GenerationRecord, SqliteStore, WorkerId};
+use crate::store::{GenerationRecord, HistoryDigest, SqliteStore, WorkerId};
 
 const ANYWHERE: &str = "127.0.0.1:0";
 const FOREVER: Duration = Duration::from_secs(120);
@@ -88,16 +88,18 @@ impl Hand {
     }
 }
 
-/// Everything that was stored, except who did it.
-async fn history(folder: &Path) -> Vec<Vec<GenerationRecord>> {
+/// Everything that was stored, except who did it; and its digests.
+async fn history(folder: &Path) -> (Vec<Vec<GenerationRecord>>, Vec<String>) {
     let store = SqliteStore::open_reader(&folder.join("history.db")).await.unwrap();
-    let mut history = Vec::new();
+    let (mut history, mut digests) = (Vec::new(), Vec::new());
     for replication in store.experiments().await.unwrap().remove(0).replications {
         assert!(replication.finished);
         let mut reader = store.generations(&replication);
         let mut generations = Vec::new();
+        let mut digest = HistoryDigest::new();
         for generation in 0..replication.generations {
             let mut record = reader.read(generation).await.unwrap();
+            digest.update(&record);
             for evaluated in &mut record.evaluated {
                 assert!(evaluated.failure.is_none());
                 evaluated.worker = None;
@@ -105,11 +107,12 @@ async fn history(folder: &Path) -> Vec<Vec<GenerationRecord>> {
             generations.push(record);
         }
         history.push(generations);
+        digests.push(digest.finish());
     }
-    history
+    (history, digests)
 }
 
-async fn undisturbed(experiment: &Experiment) -> Vec<Vec<GenerationRecord>> {
+async fn undisturbed(experiment: &Experiment) -> (Vec<Vec<GenerationRecord>>, Vec<String>) {
     let folder = TempDir::new().unwrap();
     let site = Site::open(folder.path(), experiment, ANYWHERE).await;
     let worker = site.worker(1);
@@ -122,8 +125,8 @@ async fn undisturbed(experiment: &Experiment) -> Vec<Vec<GenerationRecord>> {
 async fn the_history_does_not_depend_on_the_number_of_workers() {
     let experiment = small(&[]);
     let alone = undisturbed(&experiment).await;
-    assert_eq!(alone.len(), 3);
-    assert!(alone.iter().all(|generations| generations.len() == 4));
+    assert_eq!(alone.0.len(), 3);
+    assert!(alone.0.iter().all(|generations| generations.len() == 4));
 
     let folder = TempDir::new().unwrap();
     let site = Site::open(folder.path(), &experiment, ANYWHERE).await;

@@ -3,8 +3,10 @@
 //! [`Store`] is what a master needs of it.
 
 mod commit;
+mod digest;
 mod error;
 mod generations;
+mod listing;
 mod lock;
 mod memory;
 mod model;
@@ -19,7 +21,9 @@ use std::future::Future;
 
 use selftalk_sim::Experiment;
 
+pub use digest::HistoryDigest;
 pub use error::StoreError;
+pub use listing::{GenerationEntry, IndividualEntry, WorkerEntry};
 pub use memory::MemoryStore;
 pub use model::{
     Evaluated, ExperimentId, GenerationCommit, GenerationRecord, GenerationSummary, ReplicationId,

@@ -1,0 +1,193 @@
+//! The questions people ask of a history.
+
+use sqlx::FromRow;
+
+use super::{ReplicationId, SqliteStore, StoreError};
+
+/// What a generation came to.
+#[derive(Debug, Clone, PartialEq, FromRow)]
+pub struct GenerationEntry {
+    /// Generation, counted from 0.
+    pub generation: u32,
+    /// Fitness of its best individual.
+    pub best_fitness: f64,
+    /// Mean fitness.
+    pub mean_fitness: f64,
+    /// Successful trials of the best individual.
+    pub best_successes: u32,
+    /// Most successful trials of any individual.
+    pub most_successes: u32,
+    /// Individuals that succeeded in all trials.
+    pub optimal_individuals: u32,
+    /// Distinct genotypes.
+    pub distinct_genotypes: u32,
+    /// The best individual's number.
+    pub best_individual: u32,
+    /// Wall time it took, in milliseconds.
+    pub wall_ms: i64,
+    /// When it was written: RFC 3339, UTC.
+    pub committed_at: String,
+}
+
+/// Where an individual comes from and what it came to.
+#[derive(Debug, Clone, PartialEq, FromRow)]
+pub struct IndividualEntry {
+    /// Its generation.
+    pub generation: u32,
+    /// Its number in the generation.
+    pub individual: u32,
+    /// Its rank, 0 for the best.
+    pub rank: u32,
+    /// Its fitness.
+    pub fitness: f64,
+    /// Its successful trials.
+    pub successes: u32,
+    /// founder, elite or varied.
+    pub origin: String,
+    /// Its parent's number in the previous generation.
+    pub parent: Option<u32>,
+    /// The bits in which it differs from its parent.
+    #[sqlx(try_from = "Bits")]
+    pub flipped: Vec<u32>,
+    /// The first individual of the generation with the same genotype, often itself.
+    pub evaluated_as: u32,
+    /// Who ran its trials.
+    pub worker: Option<String>,
+    /// Why there are no real results, if the evaluation was given up.
+    pub failure: Option<String>,
+}
+
+/// A JSON array of bit positions, or null.
+#[derive(sqlx::Type)]
+#[sqlx(transparent)]
+struct Bits(Option<String>);
+
+impl TryFrom<Bits> for Vec<u32> {
+    type Error = serde_json::Error;
+
+    fn try_from(bits: Bits) -> Result<Self, Self::Error> {
+        bits.0.as_deref().map_or(Ok(Self::new()), serde_json::from_str)
+    }
+}
+
+/// A worker's connection.
+#[derive(Debug, Clone, PartialEq, Eq, FromRow)]
+pub struct WorkerEntry {
+    /// Its key.
+    pub id: i64,
+    /// The name it goes by.
+    pub name: String,
+    /// Its machine.
+    pub host: String,
+    /// Its process on that machine.
+    pub process: u32,
+    /// Its release.
+    pub version: String,
+    /// Threads it runs trials on.
+    pub slots: u32,
+    /// When it joined: RFC 3339, UTC.
+    pub joined_at: String,
+    /// When it left, unless it is connected or the master was killed meanwhile.
+    pub left_at: Option<String>,
+}
+
+impl SqliteStore {
+    /// A replication's generations, or one of them.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read.
+    pub async fn list_generations(
+        &self,
+        replication: ReplicationId,
+        generation: Option<u32>,
+    ) -> Result<Vec<GenerationEntry>, StoreError> {
+        let (first, last) = generation.map_or((0, u32::MAX), |generation| (generation, generation));
+        let query = sqlx::query_as(
+            "SELECT * FROM generation_summary WHERE replication_id = ? AND generation BETWEEN ? AND ? \
+             ORDER BY generation",
+        );
+        let mut state = self.state().await;
+        let rows = query.bind(replication.0).bind(first).bind(last).fetch_all(&mut state.connection).await;
+        rows.map_err(|error| self.fail(&error))
+    }
+
+    /// The generation with a replication's fittest individual, the first of them.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read.
+    pub async fn best_generation(
+        &self,
+        replication: ReplicationId,
+    ) -> Result<Option<GenerationEntry>, StoreError> {
+        let query = sqlx::query_as(
+            "SELECT * FROM generation_summary WHERE replication_id = ? \
+             ORDER BY best_fitness DESC, generation LIMIT 1",
+        );
+        let mut state = self.state().await;
+        let row = query.bind(replication.0).fetch_optional(&mut state.connection).await;
+        row.map_err(|error| self.fail(&error))
+    }
+
+    /// The individuals of a generation by rank, or only the best of them.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read.
+    pub async fn list_individuals(
+        &self,
+        replication: ReplicationId,
+        generation: u32,
+        best: bool,
+    ) -> Result<Vec<IndividualEntry>, StoreError> {
+        let query = sqlx::query_as(if best {
+            "SELECT * FROM best_individual WHERE replication_id = ? AND generation = ?"
+        } else {
+            "SELECT * FROM individual_summary WHERE replication_id = ? AND generation = ? ORDER BY rank"
+        });
+        let mut state = self.state().await;
+        let rows = query.bind(replication.0).bind(generation).fetch_all(&mut state.connection).await;
+        rows.map_err(|error| self.fail(&error))
+    }
+
+    /// An individual and its ancestors, back to the founder. Empty when there is no such individual.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read.
+    pub async fn lineage(
+        &self,
+        replication: ReplicationId,
+        generation: u32,
+        individual: u32,
+    ) -> Result<Vec<IndividualEntry>, StoreError> {
+        let query = sqlx::query_as(
+            "WITH RECURSIVE line (replication, generation, number, parent) AS ( \
+                SELECT replication_id, generation, number, parent FROM individual \
+                WHERE replication_id = ? AND generation = ? AND number = ? \
+                UNION ALL \
+                SELECT replication_id, individual.generation, individual.number, individual.parent \
+                FROM line JOIN individual ON individual.replication_id = line.replication \
+                    AND individual.generation = line.generation - 1 AND individual.number = line.parent) \
+             SELECT summary.* FROM line CROSS JOIN individual_summary AS summary \
+                ON summary.replication_id = line.replication \
+                AND summary.generation = line.generation AND summary.individual = line.number \
+             ORDER BY summary.generation DESC",
+        );
+        let mut state = self.state().await;
+        let rows = query
+            .bind(replication.0)
+            .bind(generation)
+            .bind(individual)
+            .fetch_all(&mut state.connection)
+            .await;
+        rows.map_err(|error| self.fail(&error))
+    }
+
+    /// All workers' connections, in the order they joined.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read.
+    pub async fn list_workers(&self) -> Result<Vec<WorkerEntry>, StoreError> {
+        let query = sqlx::query_as("SELECT * FROM worker ORDER BY id");
+        let mut state = self.state().await;
+        query.fetch_all(&mut state.connection).await.map_err(|error| self.fail(&error))
+    }
+}
