@@ -4,11 +4,14 @@ use std::net::SocketAddr;
 use std::path::Path;
 use std::time::Duration;
 
+use selftalk_proto::v1::evaluation_client::EvaluationClient;
+use selftalk_proto::{Answer, FromMaster, FromWorker, Hello, PROTOCOL, RefusalReason, Unit, UnitResult, v1};
 use selftalk_worker::{Config, End, WorkerError};
 use tempfile::TempDir;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
+use tokio_stream::wrappers::ReceiverStream;
 
 use super::*;
 use crate::master::{Master, MasterError};
@@ -216,4 +219,91 @@ async fn workers_are_remembered() {
     let replication = store.experiments().await.unwrap().remove(0).replications.remove(0);
     let record = store.generations(&replication).read(0).await.unwrap();
     assert!(record.evaluated.iter().all(|evaluated| evaluated.worker == Some(WorkerId(1))));
+}
+
+/// Says these things to a master and returns what it answers, until it closes the line or `answer` has nothing to say.
+async fn talk(
+    site: &Site,
+    first: v1::WorkerMessage,
+    mut answer: impl FnMut(&FromMaster) -> Option<Vec<FromWorker>>,
+) -> Vec<FromMaster> {
+    let mut client = EvaluationClient::connect(format!("http://{}", site.address)).await.unwrap();
+    let (sender, messages) = tokio::sync::mpsc::channel(1000);
+    sender.send(first).await.unwrap();
+    let mut incoming = client.work(ReceiverStream::new(messages)).await.unwrap().into_inner();
+    let mut heard = Vec::new();
+    while let Ok(Some(message)) = incoming.message().await {
+        let message = FromMaster::try_from(message).unwrap();
+        let replies = answer(&message);
+        heard.push(message);
+        let Some(replies) = replies else { break };
+        for reply in replies {
+            sender.send(reply.into()).await.unwrap();
+        }
+    }
+    heard
+}
+
+fn hello() -> Hello {
+    Hello {
+        protocol: PROTOCOL,
+        version: "0".to_owned(),
+        fingerprint: selftalk_sim::simulator::fingerprint(),
+        host: "h".to_owned(),
+        pid: 1,
+        slots: 1,
+        instance: 1,
+        holds: Vec::new(),
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn units_that_always_fail_are_set_aside_and_said_to_be() {
+    let experiment = small(&["replications=1", "generations=1"]);
+    let folder = TempDir::new().unwrap();
+    let site = Site::open(folder.path(), &experiment, ANYWHERE).await;
+    let fail = |unit: &Unit| UnitResult { key: unit.key, answer: Answer::Failed("no luck".to_owned()) };
+    let mut attempts = 0;
+    let heard = talk(&site, FromWorker::Hello(hello()).into(), |message| match message {
+        FromMaster::Lease(units) => {
+            attempts += units.len();
+            Some(vec![FromWorker::Results(units.iter().map(fail).collect())])
+        }
+        FromMaster::Farewell { .. } => None,
+        _ => Some(Vec::new()),
+    })
+    .await;
+    assert_eq!(heard.last(), Some(&FromMaster::Farewell { finished: true }));
+    assert_eq!(site.end().await, RunEnd::Finished);
+    assert_eq!(attempts, 20 * 5);
+    let store = SqliteStore::open_reader(&folder.path().join("history.db")).await.unwrap();
+    let replication = store.experiments().await.unwrap().remove(0).replications.remove(0);
+    let record = store.generations(&replication).read(0).await.unwrap();
+    for evaluated in &record.evaluated {
+        assert_eq!(evaluated.failure.as_deref(), Some("set aside after 5 losses: no luck"));
+        assert!(evaluated.outcomes.iter().all(|outcome| outcome.score == 0.0 && !outcome.success));
+    }
+    assert!(record.scored.iter().all(|scored| scored.fitness == 0.0));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn strangers_are_told_why_they_are_refused() {
+    let folder = TempDir::new().unwrap();
+    let site = Site::open(folder.path(), &small(&[]), ANYWHERE).await;
+    let other_protocol = FromWorker::Hello(Hello { protocol: PROTOCOL + 1, ..hello() }).into();
+    let no_slots = FromWorker::Hello(Hello { slots: 0, ..hello() }).into();
+    for (first, expected) in [
+        (other_protocol, RefusalReason::Protocol),
+        (no_slots, RefusalReason::Hello),
+        (FromWorker::Heartbeat.into(), RefusalReason::Hello),
+        (v1::WorkerMessage { body: None }, RefusalReason::Hello),
+    ] {
+        let heard = talk(&site, first, |_| Some(Vec::new())).await;
+        assert!(
+            matches!(&heard[..], [FromMaster::Refusal { reason, .. }] if *reason == expected),
+            "{heard:?}"
+        );
+    }
+    site.shutdown.cancel();
+    assert_eq!(site.end().await, RunEnd::Interrupted);
 }
