@@ -32,6 +32,7 @@ pub struct Cli {
 
 /// Options of all commands.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Options of all commands")]
 pub struct Global {
     /// Database that holds the history
     #[arg(long, global = true, value_name = "PATH", default_value = "selftalk.db")]

@@ -153,8 +153,13 @@ impl Table {
     /// # Errors
     /// [`Exit::Unexpected`] when stdout cannot be written.
     pub fn print(&self, format: Format) -> Result<(), Failure> {
-        let mut out = io::BufWriter::new(io::stdout().lock());
-        match self.write(format, &mut out).and_then(|()| out.flush()) {
+        let mut text = Vec::new();
+        let written = self.write(format, &mut text).and_then(|()| {
+            let mut out = io::stdout().lock();
+            out.write_all(&text)?;
+            out.flush()
+        });
+        match written {
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
                 Err(Failure::new(Exit::Unexpected, format!("stdout: {error}")))
             }

@@ -53,8 +53,8 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
     },
-    /// Another master has the file.
-    #[error("{}: in use by another selftalk master ({holder})", path.display())]
+    /// Another master, or any other program, has the file.
+    #[error("{}: in use by {holder}", path.display())]
     Locked {
         /// The file.
         path: PathBuf,

@@ -33,8 +33,9 @@ impl WriterLock {
                 let mut holder = String::new();
                 // Some systems do not let others read a locked file.
                 let known = file.read_to_string(&mut holder).is_ok() && !holder.trim().is_empty();
-                let holder =
+                let process =
                     if known { format!("process {}", holder.trim()) } else { "unknown process".to_owned() };
+                let holder = format!("another selftalk master ({process})");
                 return Err(StoreError::Locked { path: database.to_owned(), holder });
             }
             Err(TryLockError::Error(error)) => return Err(fail(error)),

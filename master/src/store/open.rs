@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use sqlx::migrate::{MigrateError, Migrator};
@@ -27,7 +27,7 @@ pub(super) fn known_version() -> i64 {
 /// Opens or creates a file for writing, and brings its schema up to date. Nothing is written to a file that is not
 /// ours.
 pub(super) async fn writer(path: &Path) -> Result<SqliteConnection, StoreError> {
-    if beside(path, "-wal") && std::fs::metadata(path).is_ok_and(|file| file.len() == 0) {
+    if log_in_use(path) && std::fs::metadata(path).is_ok_and(|file| file.len() == 0) {
         // SQLite would discard the log, with which the file can perhaps be rescued.
         let reason = "it is empty, but its write-ahead log is there".to_owned();
         return Err(StoreError::Corrupt { path: path.to_owned(), reason });
@@ -65,9 +65,7 @@ pub(super) async fn reader(path: &Path) -> Result<SqliteConnection, StoreError> 
     }
     whole(path)?;
     let mut opened = open_existing(path, false).await;
-    if matches!(opened, Err(StoreError::ReadOnly { .. } | StoreError::Database { .. }))
-        && !beside(path, "-wal")
-    {
+    if matches!(opened, Err(StoreError::ReadOnly { .. } | StoreError::Database { .. })) && !log_in_use(path) {
         // Where nothing can be written, readers cannot coordinate with a writer, but neither can there be one.
         opened = open_existing(path, true).await;
     }
@@ -86,7 +84,11 @@ async fn open_existing(path: &Path, immutable: bool) -> Result<(SqliteConnection
 }
 
 fn options(path: &Path) -> SqliteConnectOptions {
-    SqliteConnectOptions::new().filename(path).foreign_keys(true).busy_timeout(PATIENCE)
+    SqliteConnectOptions::new()
+        .filename(path)
+        .foreign_keys(true)
+        .busy_timeout(PATIENCE)
+        .disable_statement_logging()
 }
 
 /// Makes sure that the file is a history this release knows, and returns its schema version.
@@ -130,19 +132,11 @@ fn whole(path: &Path) -> Result<(), StoreError> {
     Ok(())
 }
 
+/// Whether SQLite's write-ahead log holds something that the file may not.
 fn log_in_use(path: &Path) -> bool {
-    std::fs::metadata(sibling(path, "-wal")).is_ok_and(|log| log.len() > 0)
-}
-
-/// Whether SQLite's file with that ending is there.
-fn beside(path: &Path, ending: &str) -> bool {
-    sibling(path, ending).exists()
-}
-
-fn sibling(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
-    name.push(ending);
-    name.into()
+    name.push("-wal");
+    std::fs::metadata(name).is_ok_and(|log| log.len() > 0)
 }
 
 /// Ends a connection, folding the write-ahead log into the file.
