@@ -1,6 +1,10 @@
 //! The master: holds the population, hands batches of evaluations to workers, and keeps every generation in SQLite.
 
 pub mod cli;
+pub mod driver;
 pub mod evolution;
 pub mod exit;
+pub mod master;
+pub mod scheduler;
+pub mod service;
 pub mod store;

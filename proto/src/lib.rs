@@ -1,1 +1,29 @@
-//! The wire between master and workers.
+//! The wire between master and workers: the generated types in [`v1`], and types that have been checked beside them.
+//!
+//! Messages come from another process, so nothing that arrives is trusted: every incoming message is converted with
+//! `TryFrom`, which refuses what is malformed with a [`WireError`] and never panics.
+
+mod error;
+mod from_master;
+mod from_worker;
+mod unit;
+
+/// The generated types.
+#[allow(missing_docs, unreachable_pub, clippy::all)]
+pub mod v1 {
+    tonic::include_proto!("selftalk.v1");
+}
+
+pub use error::WireError;
+pub use from_master::{FromMaster, RefusalReason};
+pub use from_worker::{Answer, FromWorker, Hello, UnitResult};
+pub use unit::{Unit, UnitKey};
+
+/// Version of the protocol; master and worker must have the same.
+pub const PROTOCOL: u32 = 1;
+
+/// Largest message accepted on either side, in bytes.
+pub const MESSAGE_LIMIT: usize = 4 << 20;
+
+/// Most slots a worker may have.
+pub const SLOT_LIMIT: u32 = 1024;

@@ -1,1 +1,92 @@
 //! Runs batches of trials for a master.
+//!
+//! A worker keeps no state that matters: it connects, takes leases, simulates and reports. Its slots are threads that
+//! share one queue of trials, so that the lanes of the simulator are refilled across units and batches. When the line
+//! to the master is cut it goes on with what it has, reconnects, and hands the results in.
+
+mod backoff;
+mod config;
+mod error;
+mod queue;
+mod session;
+pub mod signal;
+mod slots;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use backoff::Backoff;
+use selftalk_proto::UnitResult;
+use session::{Ended, Session};
+use slots::Slots;
+use tokio::sync::mpsc;
+use tokio::time::sleep;
+use tokio_util::sync::CancellationToken;
+
+pub use config::{Config, available_cores};
+pub use error::WorkerError;
+
+/// Why a worker ended without an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// The master has no more work.
+    Finished,
+    /// It was told to stop, and said goodbye.
+    Stopped,
+}
+
+/// Works for a master until that has finished or `shutdown` is cancelled.
+///
+/// A master that cannot be reached at first is tried for [`Config::connect_timeout`]; once it has been reached it is
+/// awaited for as long as it takes.
+///
+/// # Errors
+/// [`WorkerError`] when the master cannot be reached, refuses the worker, or sends what makes no sense.
+pub async fn run(config: Config, shutdown: CancellationToken) -> Result<End, WorkerError> {
+    let (results, outbox) = mpsc::unbounded_channel::<UnitResult>();
+    let slots = Slots::start(config.slots, results).map_err(WorkerError::Threads)?;
+    let mut session = Session::new(&config, Arc::clone(slots.queue()), outbox, shutdown.clone())?;
+    let ended = keep_connected(&config, &mut session, &shutdown).await;
+    slots.stop().await;
+    ended
+}
+
+async fn keep_connected(
+    config: &Config,
+    session: &mut Session,
+    shutdown: &CancellationToken,
+) -> Result<End, WorkerError> {
+    let begin = Instant::now();
+    let mut backoff = Backoff::new(config.instance());
+    let (mut reached, mut first) = (false, true);
+    loop {
+        let (reason, welcomed) = match session.run().await? {
+            Ended::Finished => return Ok(End::Finished),
+            Ended::Stopped => return Ok(End::Stopped),
+            Ended::Cut { reason, welcomed } => (reason, welcomed),
+        };
+        if welcomed {
+            reached = true;
+            backoff.reset();
+        }
+        if !reached && begin.elapsed() >= config.connect_timeout {
+            let master = config.master.clone();
+            return Err(WorkerError::Unreachable { master, seconds: begin.elapsed().as_secs(), reason });
+        }
+        let mut pause = backoff.next_pause();
+        if !reached {
+            pause = pause.min(config.connect_timeout.saturating_sub(begin.elapsed()));
+        }
+        // Said once; a master may be away for hours.
+        if welcomed || first {
+            tracing::info!(master = config.master, reason, "not connected, trying again and again");
+        } else {
+            tracing::debug!(reason, ?pause, "not connected");
+        }
+        first = false;
+        tokio::select! {
+            () = sleep(pause) => {}
+            () = shutdown.cancelled() => return Ok(End::Stopped),
+        }
+    }
+}

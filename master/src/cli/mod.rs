@@ -1,13 +1,17 @@
 //! The command line: one file a command. Data goes to stdout, progress, logs and failures to stderr.
 
 pub mod args;
+mod choose;
+mod conduct;
 pub mod digest;
 pub mod history;
 pub mod output;
+mod progress;
 pub mod resume;
 pub mod run;
 pub mod select;
 pub mod serve;
+mod summary;
 #[cfg(test)]
 mod tests;
 

@@ -1,0 +1,164 @@
+//! Running a master from the command line, with or without workers in this process.
+
+use std::sync::Arc;
+
+use selftalk_worker::signal::Signal;
+use selftalk_worker::{Config, End, WorkerError};
+use tokio::net::TcpListener;
+use tokio::task::JoinSet;
+use tokio_util::sync::CancellationToken;
+
+use super::Global;
+use super::choose::resume_command;
+use super::progress::Progress;
+use crate::driver::{DriverError, RunEnd};
+use crate::exit::{Exit, Failure};
+use crate::master::{Master, MasterError};
+use crate::service::Settings;
+use crate::store::{SqliteStore, Store, StoredExperiment};
+
+/// Where the workers come from.
+pub(super) enum Workers {
+    /// So many threads of this process.
+    Here(u32),
+    /// Whoever connects.
+    Remote(TcpListener),
+}
+
+/// Begins to watch for Ctrl-C and SIGTERM.
+///
+/// # Errors
+/// [`Exit::Unexpected`] when the system does not allow it.
+pub(super) fn watch_signals() -> Result<Signal, Failure> {
+    let fail = |error| Failure::new(Exit::Unexpected, format!("cannot watch for signals: {error}"));
+    selftalk_worker::signal::watch().map_err(fail)
+}
+
+/// Runs experiments to their ends and returns how they stand then.
+///
+/// # Errors
+/// [`Failure`] with the exit code of an interruption, or of what went wrong.
+pub(super) async fn conduct(
+    store: SqliteStore,
+    experiments: Vec<StoredExperiment>,
+    workers: Workers,
+    signal: &Signal,
+    global: &Global,
+) -> Result<Vec<StoredExperiment>, Failure> {
+    let store = Arc::new(store);
+    let result = run(Arc::clone(&store), &experiments, workers, signal).await;
+    let mut ended = Vec::new();
+    for stored in &experiments {
+        ended.extend(store.experiment(&stored.experiment.name).await?);
+    }
+    if let Some(store) = Arc::into_inner(store) {
+        store.close().await?;
+    }
+    match result? {
+        RunEnd::Finished => Ok(ended),
+        RunEnd::Interrupted => Err(interrupted(&ended, signal, global)),
+    }
+}
+
+async fn run(
+    store: Arc<SqliteStore>,
+    experiments: &[StoredExperiment],
+    workers: Workers,
+    signal: &Signal,
+) -> Result<RunEnd, Failure> {
+    let (listener, here) = match workers {
+        Workers::Remote(listener) => (listener, 0),
+        Workers::Here(count) => (listen("127.0.0.1:0").await?, count),
+    };
+    let address = listener.local_addr().map_err(|error| Failure::new(Exit::Network, error))?;
+    let master = Master::prepare(store, experiments, listener, Settings::default()).await.map_err(failure)?;
+    let progress = Progress::show(master.board(), master.crew());
+    let shutdown = signal.token().child_token();
+    let mut crew = Crew::hire(here, &format!("http://{address}"), &shutdown);
+    let mut run = std::pin::pin!(master.run(shutdown.clone()));
+    let mut strike = None;
+    let end = loop {
+        tokio::select! {
+            end = &mut run => break end,
+            error = crew.failure() => {
+                strike = Some(error);
+                shutdown.cancel();
+            }
+        }
+    };
+    shutdown.cancel();
+    crew.dismiss().await;
+    progress.finish().await;
+    match strike {
+        Some(failure) => Err(failure),
+        None => end.map_err(failure),
+    }
+}
+
+/// Opens a port.
+///
+/// # Errors
+/// [`Exit::Network`] when it is taken or does not belong to this machine.
+pub(super) async fn listen(
+    address: impl tokio::net::ToSocketAddrs + std::fmt::Display,
+) -> Result<TcpListener, Failure> {
+    let name = address.to_string();
+    let fail = |error| Failure::new(Exit::Network, format!("{name}: cannot listen: {error}"));
+    TcpListener::bind(address).await.map_err(fail)
+}
+
+/// The workers of this process: one slot each, connected like any others.
+struct Crew {
+    tasks: JoinSet<Result<End, WorkerError>>,
+}
+
+impl Crew {
+    fn hire(count: u32, master: &str, shutdown: &CancellationToken) -> Self {
+        let mut tasks = JoinSet::new();
+        for _ in 0..count {
+            let mut config = Config::new(master);
+            config.slots = 1;
+            tasks.spawn(selftalk_worker::run(config, shutdown.clone()));
+        }
+        Self { tasks }
+    }
+
+    /// The next worker's failure. Waits forever if none fails.
+    async fn failure(&mut self) -> Failure {
+        while let Some(ended) = self.tasks.join_next().await {
+            match ended {
+                Ok(Ok(End::Finished | End::Stopped)) => {}
+                Ok(Err(error)) => {
+                    let exit = if error.is_network() { Exit::Network } else { Exit::Unexpected };
+                    return Failure::new(exit, format!("a worker has failed: {error}"));
+                }
+                Err(error) => return Failure::new(Exit::Unexpected, format!("a worker has failed: {error}")),
+            }
+        }
+        std::future::pending().await
+    }
+
+    async fn dismiss(mut self) {
+        while self.tasks.join_next().await.is_some() {}
+    }
+}
+
+fn failure(error: MasterError) -> Failure {
+    match error {
+        MasterError::Driver(DriverError::Store(error)) => error.into(),
+        MasterError::Driver(error) => Failure::new(Exit::Unexpected, error),
+        MasterError::Service(_) | MasterError::ServiceEnded => Failure::new(Exit::Network, error),
+    }
+}
+
+fn interrupted(experiments: &[StoredExperiment], signal: &Signal, global: &Global) -> Failure {
+    let exit =
+        if signal.exit_code() == Some(Exit::Terminated as u8) { Exit::Terminated } else { Exit::Interrupted };
+    let name = match experiments {
+        [one] => one.experiment.name.as_str(),
+        _ => "",
+    };
+    let resume = resume_command(global, name);
+    let message = format!("interrupted; all complete generations are kept, `{}` goes on", resume.trim_end());
+    Failure::new(exit, message)
+}

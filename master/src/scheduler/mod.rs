@@ -1,0 +1,266 @@
+//! Which worker evaluates which unit, and when: a pure state machine. Events go in, effects come out; there are no
+//! sockets, no clock and no randomness in here.
+//!
+//! Units are given out in the order in which they were submitted, generation after generation. A replication has one
+//! generation under way, so each gets its turn, and while one is selected and stored the others keep the workers busy.
+//!
+//! A unit is open until the first answer, whoever gives it and however late: units are pure functions, so all answers
+//! are equal. The unit of a lost worker is given out again. As a unit may have been the cause, it is *suspect* from
+//! then on: a worker never holds two suspects, so that a unit that kills workers cannot drag the same neighbours along
+//! again and again, and after [`Limits::losses`] workers it is set aside. A worker that comes back after a cut line
+//! was not killed, and clears the units it held.
+
+mod deal;
+mod event;
+mod peer;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
+use std::sync::Arc;
+
+use selftalk_proto::UnitKey;
+use selftalk_sim::TrialOutcome;
+
+pub use event::{Cut, Effect, Event, PeerId, Verdict, Work};
+use peer::Peer;
+
+/// The scheduler's settings. None of them can change a result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Limits {
+    /// Most units in a batch.
+    pub batch: usize,
+    /// Batches that a worker holds for each of its slots: one under way, the others waiting.
+    pub batches_a_slot: usize,
+    /// Workers a unit may be lost with before it is set aside.
+    pub losses: u32,
+    /// Milliseconds without a word after which a worker is taken for lost.
+    pub silence_ms: u64,
+    /// Milliseconds after which a unit is given to a second worker if that has nothing else to do.
+    pub straggler_ms: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { batch: 4, batches_a_slot: 2, losses: 5, silence_ms: 10_000, straggler_ms: 3_000 }
+    }
+}
+
+/// A unit that has not ended.
+#[derive(Debug)]
+struct Open {
+    work: Arc<Work>,
+    /// Workers that have it now: none, one, or two when it is a straggler.
+    holders: Vec<PeerId>,
+    /// Whether it waits to be given out.
+    queued: bool,
+    attempts: u32,
+    /// When it was last given out.
+    leased_ms: u64,
+    /// Processes that were lost while they held it.
+    blamed: Vec<u64>,
+    /// Workers that said they could not evaluate it.
+    failures: u32,
+    reason: Option<String>,
+}
+
+impl Open {
+    fn losses(&self) -> u32 {
+        self.failures + self.blamed.len() as u32
+    }
+
+    fn suspect(&self) -> bool {
+        self.losses() > 0
+    }
+}
+
+/// The state machine.
+#[derive(Debug, Default)]
+pub struct Scheduler {
+    limits: Limits,
+    now_ms: u64,
+    peers: BTreeMap<PeerId, Peer>,
+    open: HashMap<UnitKey, Open>,
+    /// Units that wait, first come first served. May name units that have ended or are held meanwhile.
+    fresh: VecDeque<UnitKey>,
+    /// Suspect units that wait. May name units that have ended or are held meanwhile.
+    suspects: VecDeque<UnitKey>,
+    /// Units that wait, exactly.
+    waiting: usize,
+    effects: Vec<Effect>,
+}
+
+impl Scheduler {
+    /// A scheduler without units and workers.
+    #[must_use]
+    pub fn new(limits: Limits) -> Self {
+        Self { limits, ..Self::default() }
+    }
+
+    /// Takes note of an event.
+    pub fn handle(&mut self, event: Event) {
+        match event {
+            Event::Submitted(works) => works.into_iter().for_each(|work| self.submit(work)),
+            Event::Joined { peer, instance, slots, holds } => self.join(peer, instance, slots, holds),
+            Event::Left(peer) => self.remove(peer, false),
+            Event::Lost(peer) => self.remove(peer, true),
+            Event::Heard(peer) => self.heard(peer),
+            Event::Answered(peer, key, outcomes) => self.answer(peer, key, outcomes),
+            Event::Failed(peer, key, reason) => self.fail(peer, key, reason),
+            Event::Tick(now_ms) => self.tick(now_ms),
+        }
+    }
+
+    /// Gives out what can be given out and returns everything there is to do since the last call. Any number of
+    /// events may lie between two calls.
+    #[must_use]
+    pub fn settle(&mut self) -> Vec<Effect> {
+        self.deal();
+        std::mem::take(&mut self.effects)
+    }
+
+    /// Units that have not ended.
+    #[must_use]
+    pub fn open_units(&self) -> usize {
+        self.open.len()
+    }
+
+    fn submit(&mut self, work: Arc<Work>) {
+        let key = work.key;
+        if self.open.contains_key(&key) {
+            return;
+        }
+        let unit = Open {
+            work,
+            holders: Vec::new(),
+            queued: false,
+            attempts: 0,
+            leased_ms: 0,
+            blamed: Vec::new(),
+            failures: 0,
+            reason: None,
+        };
+        self.open.insert(key, unit);
+        self.enqueue(key, false);
+    }
+
+    fn join(&mut self, peer: PeerId, instance: u64, slots: u32, holds: Vec<UnitKey>) {
+        let earlier = self.peers.iter().find(|(_, other)| other.instance == instance).map(|(id, _)| *id);
+        if let Some(earlier) = earlier {
+            self.effects.push(Effect::Disconnect(earlier, Cut::Replaced));
+            self.remove(earlier, false);
+        }
+        for unit in self.open.values_mut() {
+            unit.blamed.retain(|blamed| *blamed != instance);
+        }
+        let mut joined = Peer::new(instance, slots, self.now_ms);
+        let mut unwanted = Vec::new();
+        for key in holds.into_iter().collect::<BTreeSet<_>>() {
+            match self.open.get_mut(&key) {
+                Some(unit) if unit.holders.is_empty() && !(unit.suspect() && joined.under_suspicion()) => {
+                    self.waiting -= usize::from(std::mem::take(&mut unit.queued));
+                    unit.holders.push(peer);
+                    unit.attempts += 1;
+                    unit.leased_ms = self.now_ms;
+                    joined.hold(&[key], unit.suspect());
+                }
+                _ => unwanted.push(key),
+            }
+        }
+        self.peers.insert(peer, joined);
+        if !unwanted.is_empty() {
+            self.effects.push(Effect::Cancel(peer, unwanted));
+        }
+    }
+
+    /// Forgets a worker; `blame` when what it held may have killed it.
+    fn remove(&mut self, peer: PeerId, blame: bool) {
+        let Some(gone) = self.peers.remove(&peer) else { return };
+        // Backwards, as each goes to the front of the queue.
+        for key in gone.held().rev() {
+            if let Some(unit) = self.open.get_mut(&key) {
+                unit.holders.retain(|holder| *holder != peer);
+                if blame && !unit.blamed.contains(&gone.instance) {
+                    unit.blamed.push(gone.instance);
+                }
+                self.requeue(key);
+            }
+        }
+    }
+
+    fn heard(&mut self, peer: PeerId) {
+        if let Some(peer) = self.peers.get_mut(&peer) {
+            peer.heard_ms = self.now_ms;
+        }
+    }
+
+    fn answer(&mut self, peer: PeerId, key: UnitKey, outcomes: Vec<TrialOutcome>) {
+        self.heard(peer);
+        let Some(unit) = self.open.get(&key) else { return };
+        let expected = unit.work.trials.len();
+        if outcomes.len() != expected {
+            let reason = format!("{} outcomes for {expected} trials", outcomes.len());
+            return self.fail(peer, key, reason);
+        }
+        self.end(key, Some(peer), Verdict::Evaluated { by: peer, outcomes });
+    }
+
+    fn fail(&mut self, peer: PeerId, key: UnitKey, reason: String) {
+        self.heard(peer);
+        let held = self.peers.get_mut(&peer).is_some_and(|peer| peer.release(key));
+        let Some(unit) = self.open.get_mut(&key).filter(|_| held) else { return };
+        unit.holders.retain(|holder| *holder != peer);
+        unit.failures += 1;
+        unit.reason = Some(reason);
+        self.requeue(key);
+    }
+
+    /// Queues an open unit again that lost a holder, unless another one is still busy with it.
+    fn requeue(&mut self, key: UnitKey) {
+        let Some(unit) = self.open.get_mut(&key).filter(|unit| unit.holders.is_empty()) else { return };
+        let losses = unit.losses();
+        if losses >= self.limits.losses {
+            let reason = unit.reason.take();
+            return self.end(key, None, Verdict::SetAside { losses, reason });
+        }
+        self.enqueue(key, true);
+    }
+
+    fn enqueue(&mut self, key: UnitKey, again: bool) {
+        let Some(unit) = self.open.get_mut(&key) else { return };
+        self.waiting += usize::from(!std::mem::replace(&mut unit.queued, true));
+        match (unit.suspect(), again) {
+            (true, _) => self.suspects.push_back(key),
+            (false, true) => self.fresh.push_front(key),
+            (false, false) => self.fresh.push_back(key),
+        }
+    }
+
+    /// Closes a unit and tells everyone who still holds it, except the one that answered.
+    fn end(&mut self, key: UnitKey, by: Option<PeerId>, verdict: Verdict) {
+        let Some(unit) = self.open.remove(&key) else { return };
+        self.waiting -= usize::from(unit.queued);
+        for holder in unit.holders {
+            if let Some(peer) = self.peers.get_mut(&holder) {
+                peer.release(key);
+            }
+            if Some(holder) != by {
+                self.effects.push(Effect::Cancel(holder, vec![key]));
+            }
+        }
+        self.effects.push(Effect::Ended(key, verdict));
+    }
+
+    fn tick(&mut self, now_ms: u64) {
+        self.now_ms = self.now_ms.max(now_ms);
+        let limit = self.limits.silence_ms;
+        let silent = |peer: &Peer| self.now_ms - peer.heard_ms > limit;
+        let silent: Vec<PeerId> =
+            self.peers.iter().filter(|(_, peer)| silent(peer)).map(|(id, _)| *id).collect();
+        for peer in silent {
+            self.effects.push(Effect::Disconnect(peer, Cut::Silent));
+            self.remove(peer, true);
+        }
+        self.double_stragglers();
+    }
+}

@@ -1,0 +1,341 @@
+//! Arbitrary interleavings of everything that can happen to a scheduler, and single rules.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use proptest::prelude::*;
+use selftalk_sim::{Draw, Genotype};
+
+use super::*;
+
+const OUTCOME: TrialOutcome = TrialOutcome { score: 0.5, success: false, steps: 60 };
+
+fn key(number: u16) -> UnitKey {
+    let mut bytes = [0; 16];
+    bytes[..2].copy_from_slice(&number.to_le_bytes());
+    UnitKey::from_bytes(bytes)
+}
+
+fn work(number: u16) -> Arc<Work> {
+    Arc::new(Work {
+        key: key(number),
+        experiment: 0,
+        draw: Draw { replication: 0, generation: 0 },
+        genotype: Arc::new(Genotype::new([number])),
+        trials: 0..2,
+    })
+}
+
+fn joined(peer: u64, instance: u64, slots: u32, holds: Vec<UnitKey>) -> Event {
+    Event::Joined { peer: PeerId(peer), instance, slots, holds }
+}
+
+fn answered(peer: PeerId, key: UnitKey) -> Event {
+    Event::Answered(peer, key, vec![OUTCOME; 2])
+}
+
+/// Something that happens; the numbers choose among whatever there is to choose from.
+#[derive(Debug, Clone)]
+enum Step {
+    Submit(u8),
+    Join(u8),
+    /// A worker whose line was cut comes back with what it held.
+    Rejoin(u8),
+    Leave(u8),
+    Lose(u8),
+    Answer(u8, u8),
+    /// An answer to a lease of any time, from a worker that may be gone.
+    LateAnswer(u16),
+    ShortAnswer(u8, u8),
+    Fail(u8, u8),
+    Tick(u16),
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    prop_oneof![
+        2 => (1_u8..60).prop_map(Step::Submit),
+        2 => (1_u8..4).prop_map(Step::Join),
+        1 => any::<u8>().prop_map(Step::Rejoin),
+        1 => any::<u8>().prop_map(Step::Leave),
+        2 => any::<u8>().prop_map(Step::Lose),
+        20 => (any::<u8>(), any::<u8>()).prop_map(|(a, b)| Step::Answer(a, b)),
+        2 => any::<u16>().prop_map(Step::LateAnswer),
+        1 => (any::<u8>(), any::<u8>()).prop_map(|(a, b)| Step::ShortAnswer(a, b)),
+        2 => (any::<u8>(), any::<u8>()).prop_map(|(a, b)| Step::Fail(a, b)),
+        2 => (0_u16..5000).prop_map(Step::Tick),
+    ]
+}
+
+/// The world around a scheduler, which notes what it is told and checks it.
+#[derive(Default)]
+struct World {
+    scheduler: Scheduler,
+    now_ms: u64,
+    next: u64,
+    next_unit: u16,
+    connected: BTreeMap<PeerId, (u64, BTreeSet<UnitKey>)>,
+    cut: Vec<(u64, BTreeSet<UnitKey>)>,
+    ever_leased: Vec<(PeerId, UnitKey)>,
+    ended: BTreeMap<UnitKey, Verdict>,
+}
+
+impl World {
+    fn tell(&mut self, event: Event) {
+        self.scheduler.handle(event);
+        for effect in self.scheduler.settle() {
+            self.obey(effect);
+        }
+    }
+
+    fn obey(&mut self, effect: Effect) {
+        match effect {
+            Effect::Lease(peer, units) => {
+                assert!(!units.is_empty() && units.len() <= 4);
+                let held = &mut self.connected.get_mut(&peer).expect("leased to nobody").1;
+                for (work, attempt) in units {
+                    assert!(attempt >= 1);
+                    assert!(!self.ended.contains_key(&work.key), "an ended unit is given out");
+                    assert!(held.insert(work.key), "a worker gets a unit twice");
+                    self.ever_leased.push((peer, work.key));
+                }
+            }
+            Effect::Cancel(peer, keys) => {
+                let held = &mut self.connected.get_mut(&peer).expect("cancelled at nobody").1;
+                keys.iter().for_each(|key| assert!(held.remove(key)));
+            }
+            Effect::Disconnect(peer, _) => {
+                self.cut.push(self.connected.remove(&peer).expect("cut off twice"));
+            }
+            Effect::Ended(key, verdict) => {
+                assert!(self.ended.insert(key, verdict).is_none(), "a unit ends twice");
+            }
+        }
+    }
+
+    fn join(&mut self, instance: u64, slots: u32, holds: BTreeSet<UnitKey>) {
+        let peer = self.next;
+        self.next += 1;
+        self.connected.insert(PeerId(peer), (instance, holds.clone()));
+        self.tell(joined(peer, instance, slots, holds.into_iter().collect()));
+    }
+
+    fn peer(&self, choice: u8) -> Option<PeerId> {
+        self.connected.keys().nth(usize::from(choice) % self.connected.len().max(1)).copied()
+    }
+
+    fn held(&mut self, peer: u8, unit: u8) -> Option<(PeerId, UnitKey)> {
+        let peer = self.peer(peer)?;
+        let held = &mut self.connected.get_mut(&peer)?.1;
+        let key = held.iter().nth(usize::from(unit) % held.len().max(1)).copied()?;
+        held.remove(&key);
+        Some((peer, key))
+    }
+
+    fn step(&mut self, step: Step) {
+        match step {
+            Step::Submit(units) => {
+                let first = self.next_unit;
+                self.next_unit += u16::from(units);
+                self.tell(Event::Submitted((first..self.next_unit).map(work).collect()));
+            }
+            Step::Join(slots) => self.join(self.next, u32::from(slots), BTreeSet::new()),
+            Step::Rejoin(choice) => {
+                if !self.cut.is_empty() {
+                    let (instance, holds) = self.cut.swap_remove(usize::from(choice) % self.cut.len());
+                    self.join(instance, 2, holds);
+                }
+            }
+            Step::Leave(choice) | Step::Lose(choice) => {
+                let Some(peer) = self.peer(choice) else { return };
+                let gone = self.connected.remove(&peer).unwrap();
+                if matches!(step, Step::Leave(_)) {
+                    return self.tell(Event::Left(peer));
+                }
+                self.cut.push(gone);
+                self.tell(Event::Lost(peer));
+            }
+            Step::Answer(peer, unit) => {
+                if let Some((peer, key)) = self.held(peer, unit) {
+                    self.tell(answered(peer, key));
+                }
+            }
+            Step::LateAnswer(choice) => {
+                let choice = usize::from(choice) % self.ever_leased.len().max(1);
+                if let Some(&(peer, key)) = self.ever_leased.get(choice) {
+                    if let Some((_, held)) = self.connected.get_mut(&peer) {
+                        held.remove(&key);
+                    }
+                    self.tell(answered(peer, key));
+                }
+            }
+            Step::ShortAnswer(peer, unit) => {
+                if let Some((peer, key)) = self.held(peer, unit) {
+                    self.tell(Event::Answered(peer, key, vec![OUTCOME]));
+                }
+            }
+            Step::Fail(peer, unit) => {
+                if let Some((peer, key)) = self.held(peer, unit) {
+                    self.tell(Event::Failed(peer, key, "why".to_owned()));
+                }
+            }
+            Step::Tick(ms) => {
+                self.now_ms += u64::from(ms);
+                let alive: Vec<PeerId> = self.connected.keys().copied().collect();
+                // Every third worker has fallen silent.
+                for peer in alive.into_iter().filter(|peer| peer.0 % 3 != 0) {
+                    self.tell(Event::Heard(peer));
+                }
+                self.tell(Event::Tick(self.now_ms));
+            }
+        }
+        self.check();
+    }
+
+    fn check(&self) {
+        let queued = self.scheduler.open.values().filter(|unit| unit.queued).count();
+        assert_eq!(queued, self.scheduler.waiting);
+        for (key, unit) in &self.scheduler.open {
+            assert!(unit.queued == unit.holders.is_empty(), "{key} is forgotten or held while it waits");
+            assert!(unit.holders.len() <= 2);
+        }
+        for (peer, (_, held)) in &self.connected {
+            let known: BTreeSet<UnitKey> = self.scheduler.peers[peer].held().collect();
+            assert_eq!(&known, held);
+            assert!(self.scheduler.peers[peer].suspects() <= 1);
+        }
+    }
+
+    /// Healthy workers join and do whatever they are given.
+    fn finish(&mut self) {
+        self.join(u64::MAX, 3, BTreeSet::new());
+        for round in 0_u32.. {
+            assert!(round < 100_000, "no end");
+            let Some(peer) = self.connected.iter().find(|(_, (_, held))| !held.is_empty()) else { break };
+            let (peer, key) = (*peer.0, *peer.1.1.iter().next().unwrap());
+            self.connected.get_mut(&peer).unwrap().1.remove(&key);
+            self.tell(answered(peer, key));
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn every_unit_ends_exactly_once(steps in prop::collection::vec(step(), 0..300)) {
+        let mut world = World::default();
+        steps.into_iter().for_each(|step| world.step(step));
+        world.finish();
+        prop_assert_eq!(world.scheduler.open_units(), 0);
+        prop_assert_eq!(world.scheduler.waiting, 0);
+        prop_assert_eq!(world.ended.len(), usize::from(world.next_unit));
+    }
+}
+
+fn leases(effects: &[Effect]) -> Vec<(u64, Vec<UnitKey>)> {
+    let lease = |effect: &Effect| match effect {
+        Effect::Lease(peer, units) => Some((peer.0, units.iter().map(|(work, _)| work.key).collect())),
+        _ => None,
+    };
+    effects.iter().filter_map(lease).collect()
+}
+
+fn scheduler(events: Vec<Event>) -> (Scheduler, Vec<Effect>) {
+    let mut scheduler = Scheduler::default();
+    events.into_iter().for_each(|event| scheduler.handle(event));
+    let effects = scheduler.settle();
+    (scheduler, effects)
+}
+
+#[test]
+fn work_is_spread_and_batches_shrink() {
+    let (_, effects) = scheduler(vec![
+        joined(1, 1, 1, vec![]),
+        joined(2, 2, 1, vec![]),
+        Event::Submitted((0..20).map(work).collect()),
+    ]);
+    let sizes: Vec<(u64, usize)> =
+        leases(&effects).into_iter().map(|(peer, units)| (peer, units.len())).collect();
+    assert_eq!(sizes, [(1, 2), (2, 2), (1, 2), (2, 1)]);
+}
+
+#[test]
+fn a_unit_that_kills_workers_is_set_aside_and_its_neighbours_live() {
+    let mut scheduler = Scheduler::default();
+    scheduler.handle(Event::Submitted((0..40).map(work).collect()));
+    let mut verdicts = BTreeMap::new();
+    let mut effects = Vec::new();
+    for peer in 0..100 {
+        scheduler.handle(joined(peer, peer, 1, vec![]));
+        effects.extend(scheduler.settle());
+        let mut held = BTreeSet::new();
+        // Unit 3 kills whoever comes to it; the batches before it are answered.
+        while !effects.is_empty() {
+            for effect in std::mem::take(&mut effects) {
+                match effect {
+                    Effect::Lease(_, units) => held.extend(units.iter().map(|(work, _)| work.key)),
+                    Effect::Ended(key, verdict) => drop(verdicts.insert(key, verdict)),
+                    Effect::Cancel(..) | Effect::Disconnect(..) => {}
+                }
+            }
+            if held.contains(&key(3)) {
+                break;
+            }
+            std::mem::take(&mut held)
+                .into_iter()
+                .for_each(|key| scheduler.handle(answered(PeerId(peer), key)));
+            effects = scheduler.settle();
+        }
+        scheduler.handle(Event::Lost(PeerId(peer)));
+    }
+    assert_eq!(verdicts.len(), 40);
+    for (unit, verdict) in verdicts {
+        let set_aside = matches!(verdict, Verdict::SetAside { losses: 5, reason: None });
+        assert_eq!(set_aside, unit == key(3), "{unit}: {verdict:?}");
+    }
+}
+
+#[test]
+fn a_worker_that_comes_back_keeps_its_units_and_clears_them() {
+    let (mut scheduler, effects) =
+        scheduler(vec![joined(1, 77, 1, vec![]), Event::Submitted((0..8).map(work).collect())]);
+    let held: Vec<UnitKey> = leases(&effects).into_iter().flat_map(|(_, units)| units).collect();
+    scheduler.handle(Event::Lost(PeerId(1)));
+    assert!(held.iter().all(|key| scheduler.open[key].suspect()));
+    let stale = key(999);
+    scheduler.handle(joined(2, 77, 1, [held.clone(), vec![stale]].concat()));
+    let effects = scheduler.settle();
+    assert_eq!(effects[0], Effect::Cancel(PeerId(2), vec![stale]));
+    assert!(leases(&effects).iter().all(|(_, units)| units.iter().all(|key| !held.contains(key))));
+    assert!(held.iter().all(|key| !scheduler.open[key].suspect()));
+}
+
+#[test]
+fn a_silent_worker_is_replaced_and_its_late_answer_counts_once() {
+    let (mut scheduler, _) = scheduler(vec![joined(1, 1, 1, vec![]), Event::Submitted(vec![work(0)])]);
+    scheduler.handle(Event::Tick(9_000));
+    assert_eq!(scheduler.settle(), []);
+    scheduler.handle(joined(2, 2, 1, vec![]));
+    scheduler.handle(Event::Tick(10_001));
+    let effects = scheduler.settle();
+    assert_eq!(effects[0], Effect::Disconnect(PeerId(1), Cut::Silent));
+    assert_eq!(leases(&effects), [(2, vec![key(0)])]);
+    scheduler.handle(answered(PeerId(1), key(0)));
+    scheduler.handle(answered(PeerId(2), key(0)));
+    let effects = scheduler.settle();
+    assert_eq!(effects.len(), 2);
+    assert_eq!(effects[0], Effect::Cancel(PeerId(2), vec![key(0)]));
+    assert!(matches!(effects[1], Effect::Ended(_, Verdict::Evaluated { by: PeerId(1), .. })));
+}
+
+#[test]
+fn an_idle_worker_doubles_a_straggler() {
+    let (mut scheduler, _) = scheduler(vec![
+        joined(1, 1, 1, vec![]),
+        Event::Submitted(vec![work(0)]),
+        Event::Tick(1_000),
+        joined(2, 2, 1, vec![]),
+    ]);
+    assert_eq!(leases(&scheduler.settle()), []);
+    scheduler.handle(Event::Tick(4_001));
+    assert_eq!(leases(&scheduler.settle()), [(2, vec![key(0)])]);
+    scheduler.handle(Event::Lost(PeerId(1)));
+    assert_eq!(scheduler.settle(), [], "the second worker still has it");
+}

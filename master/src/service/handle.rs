@@ -1,0 +1,106 @@
+//! The hub as others see it.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
+use selftalk_proto::{FromMaster, UnitKey};
+use selftalk_sim::TrialOutcome;
+use tokio::sync::{mpsc, watch};
+use tokio_util::sync::CancellationToken;
+
+use crate::scheduler::{Event, PeerId, Work};
+use crate::store::WorkerId;
+
+/// How a submitted unit ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum UnitEnd {
+    /// It was evaluated.
+    Evaluated {
+        /// An outcome for each trial, in order.
+        outcomes: Vec<TrialOutcome>,
+        /// Who evaluated it, if that is still known.
+        worker: Option<WorkerId>,
+    },
+    /// It took too many workers with it.
+    SetAside {
+        /// How many.
+        losses: u32,
+        /// What the last of them said, if it could say anything.
+        reason: Option<String>,
+    },
+}
+
+/// The workers that are connected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Crew {
+    /// Workers.
+    pub workers: u32,
+    /// Their slots, together.
+    pub slots: u32,
+}
+
+/// What the hub is told.
+#[derive(Debug)]
+pub(super) enum Command {
+    Register { experiment: u32, toml: String },
+    Submit { works: Vec<Arc<Work>>, ends: mpsc::UnboundedSender<(UnitKey, UnitEnd)> },
+    Joined { peer: PeerId, instance: u64, slots: u32, holds: Vec<UnitKey>, line: Line },
+    Events(Vec<Event>),
+    Farewell { finished: bool },
+}
+
+/// The way to a connected worker.
+#[derive(Debug)]
+pub(super) struct Line {
+    pub(super) outgoing: mpsc::UnboundedSender<FromMaster>,
+    pub(super) worker: WorkerId,
+    /// Cancelled to cut the connection.
+    pub(super) cut: CancellationToken,
+}
+
+/// Brings work to the hub. Cheap to clone; the hub ends when all handles are gone.
+#[derive(Debug, Clone)]
+pub struct Handle {
+    pub(super) commands: mpsc::Sender<Command>,
+    pub(super) crew: watch::Receiver<Crew>,
+    pub(super) experiments: Arc<AtomicU32>,
+    pub(super) peers: Arc<AtomicU64>,
+}
+
+impl Handle {
+    /// Makes an experiment known; units refer to it by the number that is returned.
+    pub async fn register(&self, toml: String) -> u32 {
+        let experiment = self.experiments.fetch_add(1, Ordering::Relaxed);
+        self.tell(Command::Register { experiment, toml }).await;
+        experiment
+    }
+
+    /// Asks for units to be evaluated. Each ends once; the channel closes early only if the hub is gone.
+    pub async fn submit(&self, works: Vec<Arc<Work>>) -> mpsc::UnboundedReceiver<(UnitKey, UnitEnd)> {
+        let (ends, receiver) = mpsc::unbounded_channel();
+        self.tell(Command::Submit { works, ends }).await;
+        receiver
+    }
+
+    /// Tells the workers that the master ends; `finished` when it is not expected back.
+    pub async fn farewell(&self, finished: bool) {
+        self.tell(Command::Farewell { finished }).await;
+    }
+
+    /// The workers that are connected, now and from now on.
+    #[must_use]
+    pub fn crew(&self) -> watch::Receiver<Crew> {
+        self.crew.clone()
+    }
+
+    pub(super) fn next_peer(&self) -> PeerId {
+        PeerId(self.peers.fetch_add(1, Ordering::Relaxed))
+    }
+
+    pub(super) async fn tell(&self, command: Command) {
+        // The hub lives as long as its handles, unless the whole runtime is going down.
+        if self.commands.send(command).await.is_err() {
+            tracing::debug!("the hub is gone");
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! The master on the network: takes workers in, gives them units and collects the outcomes.
+//!
+//! A [`Hub`] owns the scheduler; [`serve`] brings workers to it over gRPC, and a [`Handle`] brings it work.
+
+mod connection;
+mod handle;
+mod hub;
+
+use std::future::Future;
+use std::sync::Arc;
+use std::time::Duration;
+
+use selftalk_proto::MESSAGE_LIMIT;
+use selftalk_proto::v1::evaluation_server::EvaluationServer;
+use thiserror::Error;
+use tokio::net::TcpListener;
+use tokio::time::timeout;
+use tokio_stream::StreamExt;
+use tokio_stream::wrappers::TcpListenerStream;
+use tokio_util::sync::CancellationToken;
+use tonic::transport::Server;
+
+use crate::store::Store;
+use connection::Door;
+
+pub use handle::{Crew, Handle, UnitEnd};
+pub use hub::Hub;
+
+/// A connection on which a ping is not answered for this long is cut.
+const KEEPALIVE: Duration = Duration::from_secs(10);
+/// How long the connections have to end on their own.
+const GRACE: Duration = Duration::from_secs(3);
+
+/// How workers are received.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Fingerprint of the simulator that workers must have.
+    pub fingerprint: String,
+    /// Time between the heartbeats that workers are asked for.
+    pub heartbeat: Duration,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { fingerprint: selftalk_sim::simulator::fingerprint(), heartbeat: Duration::from_secs(2) }
+    }
+}
+
+/// Why workers cannot be received any more.
+#[derive(Debug, Error)]
+#[error("the network service failed: {0}")]
+pub struct ServiceError(#[from] tonic::transport::Error);
+
+/// Receives workers on `listener` until `shutdown` is cancelled. To be called after [`Handle::farewell`], so that the
+/// workers know what to expect.
+///
+/// # Errors
+/// [`ServiceError`] when the listener fails.
+pub async fn serve<S: Store>(
+    listener: TcpListener,
+    handle: Handle,
+    store: Arc<S>,
+    settings: Settings,
+    shutdown: CancellationToken,
+) -> Result<(), ServiceError> {
+    let door = Door::new(handle, store, settings);
+    let connections = door.connections();
+    let service = EvaluationServer::new(door)
+        .max_decoding_message_size(MESSAGE_LIMIT)
+        .max_encoding_message_size(MESSAGE_LIMIT);
+    // A worker sends many small messages; each is to be seen at once.
+    let incoming = TcpListenerStream::new(listener).map(|stream| {
+        let stream = stream?;
+        stream.set_nodelay(true)?;
+        Ok::<_, std::io::Error>(stream)
+    });
+    let serving = Server::builder()
+        .http2_keepalive_interval(Some(KEEPALIVE))
+        .http2_keepalive_timeout(Some(KEEPALIVE))
+        .add_service(service)
+        .serve_with_incoming_shutdown(incoming, shutdown.clone().cancelled_owned());
+    let end = async {
+        shutdown.cancelled().await;
+        connections.close();
+        tokio::time::sleep(GRACE).await;
+    };
+    let result = first(serving, end).await;
+    connections.close();
+    if timeout(GRACE, connections.wait()).await.is_err() {
+        tracing::warn!("a worker's connection did not end");
+    }
+    Ok(result.unwrap_or(Ok(()))?)
+}
+
+/// What `future` comes to, unless `limit` is over before.
+async fn first<T>(future: impl Future<Output = T>, limit: impl Future<Output = ()>) -> Option<T> {
+    tokio::select! {
+        value = future => Some(value),
+        () = limit => None,
+    }
+}
