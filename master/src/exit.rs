@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
-use selftalk_sim::ExperimentError;
+use selftalk_sim::{ExperimentError, SimError};
 
 use crate::store::StoreError;
 
@@ -66,6 +66,12 @@ impl From<StoreError> for Failure {
     fn from(error: StoreError) -> Self {
         let exit = if matches!(error, StoreError::Exists { .. }) { Exit::Exists } else { Exit::Database };
         Self::new(exit, error)
+    }
+}
+
+impl From<SimError> for Failure {
+    fn from(error: SimError) -> Self {
+        Self::new(Exit::Unexpected, error)
     }
 }
 

@@ -20,14 +20,14 @@ pub struct Config {
 }
 
 impl Config {
-    /// A worker for this master, with one slot for every core.
+    /// A worker for this master with this simulator (see [`selftalk_sim::fingerprint()`]), and one slot for every core.
     #[must_use]
-    pub fn new(master: impl Into<String>) -> Self {
+    pub fn new(master: impl Into<String>, fingerprint: impl Into<String>) -> Self {
         Self {
             master: master.into(),
             slots: available_cores(),
             connect_timeout: Duration::from_secs(30),
-            fingerprint: selftalk_sim::simulator::fingerprint(),
+            fingerprint: fingerprint.into(),
             // The standard library's hasher is seeded at random.
             instance: RandomState::new().build_hasher().finish(),
         }

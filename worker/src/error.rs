@@ -1,6 +1,6 @@
 //! Why a worker cannot go on.
 
-use selftalk_sim::ExperimentError;
+use selftalk_sim::{ExperimentError, SimError};
 use thiserror::Error;
 
 /// Why a worker cannot go on.
@@ -41,6 +41,9 @@ pub enum WorkerError {
     /// The master sent an experiment that this worker cannot run.
     #[error("the master's experiment cannot be run: {0}")]
     Experiment(#[from] ExperimentError),
+    /// The simulator cannot be set up.
+    #[error(transparent)]
+    Simulator(#[from] SimError),
     /// The master sent what makes no sense.
     #[error("{master}: the master sent something wrong: {reason}")]
     Protocol {

@@ -73,7 +73,7 @@ fn main() -> ExitCode {
 /// Works until the end and returns the exit code. The network needs one thread; the cores belong to the slots.
 #[tokio::main(flavor = "current_thread")]
 async fn work(cli: Cli) -> anyhow::Result<u8> {
-    let mut config = Config::new(cli.master);
+    let mut config = Config::new(cli.master, selftalk_sim::fingerprint()?);
     config.slots = cli.slots.unwrap_or(config.slots);
     config.connect_timeout = Duration::from_secs(cli.connect_timeout);
     let signal = signal::watch()?;

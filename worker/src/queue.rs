@@ -190,7 +190,7 @@ mod tests {
 
     fn queue() -> (Queue, Study) {
         let queue = Queue::default();
-        let study = queue.open(Simulator::new(&Experiment::default()));
+        let study = queue.open(Simulator::new(&Experiment::default()).unwrap());
         (queue, study)
     }
 
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn slots_take_turns_between_experiments_and_end_when_stopped() {
         let (queue, one) = queue();
-        let two = queue.open(Simulator::new(&Experiment::default()));
+        let two = queue.open(Simulator::new(&Experiment::default()).unwrap());
         queue.push(one, task(1));
         queue.push(two, task(2));
         let turn = |last| queue.wait(last).map(|(study, _)| study);

@@ -226,7 +226,7 @@ impl Session {
             return Ok(study.clone());
         }
         let experiment = Experiment::from_toml("experiment", &toml, &[])?;
-        let simulator = Simulator::new(&experiment);
+        let simulator = Simulator::new(&experiment)?;
         let study = (self.queue.open(simulator.clone()), simulator);
         self.studies.insert(toml, study.clone());
         Ok(study)

@@ -117,7 +117,7 @@ mod tests {
 
     #[tokio::test]
     async fn results_are_those_of_the_simulator_and_a_bad_unit_fails_alone() {
-        let simulator = Simulator::new(&Experiment::default());
+        let simulator = Simulator::new(&Experiment::default()).unwrap();
         let genes = simulator.gene_count();
         let (results, mut outbox) = mpsc::unbounded_channel();
         let slots = Slots::start(2, results).unwrap();

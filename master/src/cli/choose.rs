@@ -4,7 +4,7 @@ use std::path::Path;
 
 use selftalk_sim::Experiment;
 use selftalk_sim::experiment::{PRESETS, Preset};
-use selftalk_sim::simulator::fingerprint;
+use selftalk_sim::fingerprint;
 
 use super::Global;
 use crate::exit::{Exit, Failure};
@@ -38,7 +38,7 @@ pub(super) async fn find_or_create(
     experiment: &Experiment,
 ) -> Result<StoredExperiment, Failure> {
     let Some(stored) = store.experiment(&experiment.name).await? else {
-        return Ok(store.create_experiment(experiment, &fingerprint()).await?);
+        return Ok(store.create_experiment(experiment, &fingerprint()?).await?);
     };
     if let Some(difference) = difference(&stored.experiment, experiment) {
         let name = &experiment.name;
@@ -90,7 +90,7 @@ pub(super) fn unfinished(stored: &StoredExperiment) -> bool {
 /// # Errors
 /// [`Exit::Exists`] when the fingerprint is not this program's.
 pub(super) fn continuable(stored: &StoredExperiment) -> Result<(), Failure> {
-    let (begun, ours) = (&stored.fingerprint, fingerprint());
+    let (begun, ours) = (&stored.fingerprint, fingerprint()?);
     if !unfinished(stored) || *begun == ours {
         return Ok(());
     }

@@ -71,10 +71,13 @@ async fn run(
         Workers::Here(count) => (listen("127.0.0.1:0").await?, count),
     };
     let address = listener.local_addr().map_err(|error| Failure::new(Exit::Network, error))?;
-    let master = Master::prepare(store, experiments, listener, Settings::default()).await.map_err(failure)?;
+    let fingerprint = selftalk_sim::fingerprint()?;
+    let master = Master::prepare(store, experiments, listener, Settings::new(fingerprint.as_str()))
+        .await
+        .map_err(failure)?;
     let progress = Progress::show(master.board(), master.crew());
     let shutdown = signal.token().child_token();
-    let mut crew = Crew::hire(here, &format!("http://{address}"), &shutdown);
+    let mut crew = Crew::hire(here, &format!("http://{address}"), &fingerprint, &shutdown);
     let mut run = std::pin::pin!(master.run(shutdown.clone()));
     let mut strike = None;
     let end = loop {
@@ -113,10 +116,10 @@ struct Crew {
 }
 
 impl Crew {
-    fn hire(count: u32, master: &str, shutdown: &CancellationToken) -> Self {
+    fn hire(count: u32, master: &str, fingerprint: &str, shutdown: &CancellationToken) -> Self {
         let mut tasks = JoinSet::new();
         for _ in 0..count {
-            let mut config = Config::new(master);
+            let mut config = Config::new(master, fingerprint);
             config.slots = 1;
             tasks.spawn(selftalk_worker::run(config, shutdown.clone()));
         }

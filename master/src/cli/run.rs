@@ -48,7 +48,7 @@ mod tests {
     use std::path::Path;
 
     use clap::Parser;
-    use selftalk_sim::simulator::fingerprint;
+    use selftalk_sim::fingerprint;
 
     use crate::cli::{Cli, execute};
     use crate::exit::{Exit, Failure};
@@ -94,7 +94,7 @@ mod tests {
         let path = folder.join("history.db");
         let experiment = selftalk_sim::Experiment::from_toml("tiny.toml", TINY, &[]).unwrap();
         let store = SqliteStore::open_writer(&path).await.unwrap();
-        store.create_experiment(&experiment, &fingerprint()).await.unwrap();
+        store.create_experiment(&experiment, &fingerprint().unwrap()).await.unwrap();
         let other = selftalk_sim::Experiment { name: "other".to_owned(), ..experiment };
         store.create_experiment(&other, "of another release").await.unwrap();
         store.close().await.unwrap();

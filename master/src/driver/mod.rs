@@ -11,7 +11,7 @@ mod tests;
 
 use std::sync::Arc;
 
-use selftalk_sim::{Experiment, Simulator};
+use selftalk_sim::{Experiment, SimError, Simulator};
 use thiserror::Error;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -28,6 +28,9 @@ pub enum DriverError {
     /// The history cannot be read or written.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// The simulator cannot be set up.
+    #[error(transparent)]
+    Simulator(#[from] SimError),
     /// The service that brings units to the workers has ended.
     #[error("the service that hands out the work has ended")]
     ServiceEnded,
@@ -80,7 +83,7 @@ impl<S: Store> Driver<S> {
         for stored in experiments {
             let toml = stored.experiment.to_toml();
             let number = handle.register(toml.clone()).await;
-            let simulator = Simulator::new(&stored.experiment);
+            let simulator = Simulator::new(&stored.experiment)?;
             board.send_modify(|board| board.add(stored, simulator.trial_count()));
             let study = Study { experiment: stored.experiment.clone(), toml, simulator, number };
             let study = Arc::new(study);

@@ -47,7 +47,10 @@ impl Site {
         };
         let listener = TcpListener::bind(address).await.unwrap();
         let address = listener.local_addr().unwrap();
-        let settings = Settings { heartbeat: Duration::from_millis(100), ..Settings::default() };
+        let settings = Settings {
+            heartbeat: Duration::from_millis(100),
+            ..Settings::new(selftalk_sim::fingerprint().unwrap())
+        };
         let master = Master::prepare(Arc::clone(&store), &[stored], listener, settings).await.unwrap();
         let (board, crew, shutdown) = (master.board(), master.crew(), CancellationToken::new());
         let run = tokio::spawn(master.run(shutdown.clone()));
@@ -73,7 +76,8 @@ impl Site {
 
     fn worker(&self, slots: u32) -> Hand {
         let shutdown = CancellationToken::new();
-        let mut config = Config::new(format!("http://{}", self.address));
+        let mut config =
+            Config::new(format!("http://{}", self.address), selftalk_sim::fingerprint().unwrap());
         config.slots = slots;
         Hand { run: tokio::spawn(selftalk_worker::run(config, shutdown.clone())), shutdown }
     }
@@ -186,7 +190,7 @@ async fn a_worker_outlives_its_master() {
 async fn another_simulator_is_refused() {
     let folder = TempDir::new().unwrap();
     let site = Site::open(folder.path(), &small(&[]), ANYWHERE).await;
-    let mut config = Config::new(format!("http://{}", site.address));
+    let mut config = Config::new(format!("http://{}", site.address), selftalk_sim::fingerprint().unwrap());
     config.fingerprint = "another".to_owned();
     let error = selftalk_worker::run(config, CancellationToken::new()).await.unwrap_err();
     assert!(matches!(&error, WorkerError::Refused { .. }) && error.is_network(), "{error}");
@@ -199,7 +203,10 @@ async fn another_simulator_is_refused() {
 #[tokio::test]
 async fn a_master_that_is_not_there_is_given_up() {
     let listener = TcpListener::bind(ANYWHERE).await.unwrap();
-    let mut config = Config::new(format!("http://{}", listener.local_addr().unwrap()));
+    let mut config = Config::new(
+        format!("http://{}", listener.local_addr().unwrap()),
+        selftalk_sim::fingerprint().unwrap(),
+    );
     drop(listener);
     config.connect_timeout = Duration::from_millis(300);
     let error = selftalk_worker::run(config, CancellationToken::new()).await.unwrap_err();
@@ -248,7 +255,7 @@ fn hello() -> Hello {
     Hello {
         protocol: PROTOCOL,
         version: "0".to_owned(),
-        fingerprint: selftalk_sim::simulator::fingerprint(),
+        fingerprint: selftalk_sim::fingerprint().unwrap(),
         host: "h".to_owned(),
         pid: 1,
         slots: 1,

@@ -40,9 +40,11 @@ pub struct Settings {
     pub heartbeat: Duration,
 }
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self { fingerprint: selftalk_sim::simulator::fingerprint(), heartbeat: Duration::from_secs(2) }
+impl Settings {
+    /// Receives workers whose simulator has this fingerprint (see [`selftalk_sim::fingerprint()`]).
+    #[must_use]
+    pub fn new(fingerprint: impl Into<String>) -> Self {
+        Self { fingerprint: fingerprint.into(), heartbeat: Duration::from_secs(2) }
     }
 }
 
