@@ -1,5 +1,8 @@
 //! What the program itself says. It is also what has Cargo build the program for the whole-system tests.
 
+// Helpers of tests are test code as well, though the compiler cannot know it.
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 use std::process::{Command, Output};
 
 fn selftalk(words: &[&str]) -> Output {
