@@ -23,7 +23,7 @@ fn number(value: &Value) -> u64 {
 /// The bits of genes printed in hexadecimal.
 fn bits(genes: &Value) -> Vec<bool> {
     let text = genes.as_str().unwrap();
-    assert!(!text.is_empty() && text.len() % 4 == 0, "{text}");
+    assert!(!text.is_empty() && text.len().is_multiple_of(4), "{text}");
     let gene = |at| u16::from_str_radix(&text[at..at + 4], 16).unwrap();
     let genes: Vec<u16> = (0..text.len()).step_by(4).map(gene).collect();
     genes.iter().flat_map(|gene| (0..16).map(move |bit| gene >> bit & 1 == 1)).collect()
@@ -39,7 +39,7 @@ fn same(field: &str, value: &Value) -> bool {
             let (field, number) = (field.parse().unwrap_or(f64::NAN), number.as_f64().unwrap());
             (field - number).abs() <= f64::EPSILON * number.abs()
         }
-        value => field == value.to_string(),
+        value => *value == *field,
     }
 }
 
