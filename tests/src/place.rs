@@ -145,31 +145,31 @@ impl Place {
         outcome.objects().iter().map(|line| line["generations"].as_u64().unwrap()).sum()
     }
 
-    /// Waits until a run is well under way: both replications have a generation, on average.
+    /// Waits until a run is under way: two generations have been committed.
     pub fn wait_half_way(&self) {
         wait_until("some generations", || (self.generations() >= 2).then_some(()));
     }
 
-    /// Whether all is finished.
+    /// Whether there is still much to do. A run that a test disturbs now cannot end before the test is ready.
+    #[must_use]
+    pub fn is_half_way(&self) -> bool {
+        (2..20).contains(&self.generations())
+    }
+
+    /// Gives new places to `disturb` until it could do its work in the middle of a run, and returns the last: on a
+    /// busy machine a run may go on by itself for too long.
     ///
     /// # Panics
-    /// If there is no history.
+    /// When `disturb` comes too late again and again.
     #[must_use]
-    pub fn is_finished(&self) -> bool {
-        let replications = self.ask("history replications");
-        !replications.is_empty() && replications.iter().all(|line| line["state"] == "finished")
+    pub fn disturbed(mut disturb: impl FnMut(&Self) -> bool) -> Self {
+        let place = (0..10).map(|_| Self::new()).find(|place| disturb(place));
+        place.expect("a run that takes long enough to be disturbed")
     }
 }
 
 impl Default for Place {
     fn default() -> Self {
         Self::new()
-    }
-}
-
-/// Places go on existing while something runs in them, so that files vanish under nobody.
-impl AsRef<Path> for Place {
-    fn as_ref(&self) -> &Path {
-        &self.folder
     }
 }

@@ -5,8 +5,6 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
-use rustix::process::{Pid, Signal, kill_process};
-
 use crate::{Outcome, wait_until};
 
 /// A command that is running. It is killed when this is dropped, so that a failed test leaves nothing behind.
@@ -69,6 +67,19 @@ impl Running {
         self.reported.lock().unwrap().clone()
     }
 
+    /// Waits until it has reported these words on stderr; false if it ends without.
+    ///
+    /// # Panics
+    /// If neither happens.
+    #[must_use]
+    pub fn reports(&mut self, words: &str) -> bool {
+        wait_until(words, || {
+            let running = self.is_running();
+            let reported = self.reported().contains(words);
+            (reported || !running).then_some(reported)
+        })
+    }
+
     /// The address a master says it listens on.
     ///
     /// # Panics
@@ -85,22 +96,26 @@ impl Running {
         })
     }
 
-    /// Sends a signal, such as Ctrl-C's.
+    /// Sends a signal, such as Ctrl-C's, unless it has ended already.
     ///
     /// # Panics
-    /// If it has been waited for already.
-    pub fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_child(&self.child), signal).unwrap();
+    /// If the system does not let it.
+    #[cfg(unix)]
+    pub fn signal(&mut self, signal: rustix::process::Signal) {
+        if self.is_running() {
+            rustix::process::kill_process(rustix::process::Pid::from_child(&self.child), signal).unwrap();
+        }
     }
 
-    /// Ends it without any chance to tidy up.
+    /// Ends it without any chance to tidy up; false if it has ended already.
     ///
     /// # Panics
-    /// If it has ended already.
-    pub fn kill(mut self) {
-        assert!(self.is_running(), "it has ended already: {}", self.reported());
+    /// If the system does not let it.
+    #[must_use]
+    pub fn kill(mut self) -> bool {
         self.child.kill().unwrap();
-        self.child.wait().unwrap();
+        // No exit code: the signal ended it.
+        self.child.wait().unwrap().code().is_none()
     }
 
     /// Waits for its end.

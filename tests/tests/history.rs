@@ -39,7 +39,10 @@ fn same(field: &str, value: &Value) -> bool {
             let (field, number) = (field.parse().unwrap_or(f64::NAN), number.as_f64().unwrap());
             (field - number).abs() <= f64::EPSILON * number.abs()
         }
-        value => *value == *field,
+        value => {
+            let text = value.to_string();
+            field == text
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use std::net::TcpListener;
 use std::process::Command;
 use std::time::Instant;
 
-use selftalk_tests::{Outcome, Place, Running, worker};
+use selftalk_tests::{Outcome, Place, Running, free_port, worker};
 
 #[test]
 fn bad_experiment_files_name_the_key_and_what_is_possible() {
@@ -101,14 +101,11 @@ fn run(command: Command) -> Outcome {
 
 #[test]
 fn an_unreachable_master_is_given_up() {
-    // Nobody listens on the port of a listener that is gone.
-    let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let address = format!("127.0.0.1:{}", free_port());
     let begin = Instant::now();
     let message = run(impatient(&format!("http://{address}"))).failed(5);
     assert!(message.starts_with(&format!("http://{address}: no master reached within 1 s: ")), "{message}");
     assert!(begin.elapsed().as_secs() >= 1);
-    let message = run(impatient("http://no-such-host.invalid:7700")).failed(5);
-    assert!(message.contains("no master reached"), "{message}");
 }
 
 #[test]
