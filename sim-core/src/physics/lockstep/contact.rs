@@ -1,10 +1,10 @@
 //! Where shapes touch: a fixed list of candidate contacts, tested in every step.
 
-use fearless_simd::{Simd, SimdBase, SimdMask};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask};
 use nalgebra::Vector3;
 
 use super::kinematics::Pose;
-use super::lanes::{Mask, Real, clamp, max, min, select, splat};
+use super::lanes::{Mask, Real, clamp, max, min, reciprocal, splat};
 use super::object::Object;
 use super::spatial::{Motion, Rotation, Vec3, vec3};
 use super::tree::{CAPSULES, Capsule, KNOBS, Shapes};
@@ -64,7 +64,7 @@ impl<S: Simd> Movement<'_, S> {
     /// Whether a gap that opens at some speed may be closed by the end of the step.
     #[inline(always)]
     fn closes(&self, simd: S, gap: Real<S>, speed: Real<S>) -> Mask<S> {
-        (gap + min(speed, splat(simd, 0.0)) * self.step).simd_lt(MARGIN)
+        (gap + min(simd, speed, splat(simd, 0.0)) * self.step).simd_lt(MARGIN)
     }
 }
 
@@ -94,7 +94,7 @@ fn up<S: Simd>(simd: S) -> Vec3<S> {
 #[inline(always)]
 fn object_on_table<S: Simd>(simd: S, movement: &Movement<'_, S>, found: &mut Vec<Contact<S>>) {
     let object = movement.object;
-    let bottom = object.centre - up(simd) * scene::OBJECT_RADIUS;
+    let bottom = object.centre - up(simd).scale(scene::OBJECT_RADIUS);
     let low = movement.closes(simd, bottom.z - scene::TABLE, object.velocity.z);
     if !low.any_true() {
         return;
@@ -130,7 +130,7 @@ fn robot_on_table<S: Simd>(
     found: &mut Vec<Contact<S>>,
 ) {
     for (candidate, knob) in (OBJECT_TABLE..).zip(&shapes.knobs) {
-        let point = movement.poses[knob.link].point(&knob.point) - up(simd) * knob.radius;
+        let point = movement.poses[knob.link].point(&knob.point) - up(simd).scale(knob.radius);
         let gap = point.z - scene::TABLE;
         let close = movement.closes(simd, gap, movement.velocity(knob.link, point).z);
         if close.any_true() {
@@ -167,7 +167,7 @@ fn press<S: Simd>(
     found: &mut Vec<Contact<S>>,
 ) {
     let object = movement.object;
-    let arm = normal * scene::OBJECT_RADIUS;
+    let arm = normal.scale(scene::OBJECT_RADIUS);
     let point = object.centre + arm;
     let speed = normal.dot(movement.velocity(link, point) - object.velocity_at(arm));
     let close = movement.closes(simd, gap, speed);
@@ -187,7 +187,7 @@ fn ball_and_capsule<S: Simd>(
     let start = pose.point(&capsule.start);
     let axis = pose.rotation.turn(&capsule.axis);
     let along = (centre - start).dot(axis);
-    let nearest = start + axis * clamp(along, splat(simd, 0.0), splat(simd, capsule.length));
+    let nearest = start + axis * clamp(simd, along, splat(simd, 0.0), splat(simd, capsule.length));
     let (distance, normal) = direction(simd, nearest - centre, up(simd));
     (distance - (capsule.radius + scene::OBJECT_RADIUS), normal)
 }
@@ -204,9 +204,9 @@ fn ball_and_palm<S: Simd>(simd: S, shapes: &Shapes, hand: &Pose<S>, centre: Vec3
     let local = palm.turn_back(centre - middle);
     let half = Vec3::splat(simd, &shapes.palm_half);
     let nearest = vec3(
-        clamp(local.x, -half.x, half.x),
-        clamp(local.y, -half.y, half.y),
-        clamp(local.z, -half.z, half.z),
+        clamp(simd, local.x, -half.x, half.x),
+        clamp(simd, local.y, -half.y, half.y),
+        clamp(simd, local.z, -half.z, half.z),
     );
     let offset = nearest - local;
     let (distance, normal) =
@@ -218,13 +218,13 @@ fn ball_and_palm<S: Simd>(simd: S, shapes: &Shapes, hand: &Pose<S>, centre: Vec3
 #[inline(always)]
 fn direction<S: Simd>(simd: S, v: Vec3<S>, otherwise: Vec3<S>) -> (Real<S>, Vec3<S>) {
     let length = v.norm();
-    let scale = 1.0 / max(length, splat(simd, 1e-9));
+    let scale = reciprocal(simd, max(simd, length, splat(simd, 1e-9)));
     let short = length.simd_lt(1e-9);
     let unit = v * scale;
     let direction = vec3(
-        select(short, otherwise.x, unit.x),
-        select(short, otherwise.y, unit.y),
-        select(short, otherwise.z, unit.z),
+        short.select(otherwise.x, unit.x),
+        short.select(otherwise.y, unit.y),
+        short.select(otherwise.z, unit.z),
     );
     (length, direction)
 }
