@@ -1,5 +1,7 @@
 //! The same bits whatever the instruction set, the lane and the neighbours.
 
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
 use std::sync::Arc;
 
 use proptest::prelude::*;

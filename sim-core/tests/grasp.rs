@@ -1,5 +1,7 @@
 //! Scripted grasps through the public interface: nothing but contact forces holds the object.
 
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
+
 use nalgebra::{Point3, Vector3};
 use selftalk_sim::behaviours::{Start, Starts};
 use selftalk_sim::experiment::Experiment;

@@ -20,7 +20,7 @@ use self::dynamics::{Factor, Joints};
 use self::kinematics::Pose;
 use self::lanes::{LANES, Real, splat};
 use self::object::Object;
-use self::solver::{Settings, Solver};
+use self::solver::{Bodies, Settings, Solver};
 use self::spatial::{Rotation, Vec3};
 use self::tree::Tree;
 use super::{Engine, Observation, Placement, TOUCH_SENSORS};
@@ -127,7 +127,7 @@ impl<S: Simd> Lockstep<S> {
         self.object.velocity.z -= scene::GRAVITY * step;
         contact::find(simd, &self.tree.shapes, &self.poses, &self.object, &mut self.contacts);
         let Self { tree, factor, object, contacts, solver, settings, .. } = self;
-        solver.prepare(simd, tree, factor, object, contacts, settings);
+        solver.prepare(simd, &Bodies { tree, factor, object }, contacts, settings);
         solver.solve(simd, settings, &mut whitened, object);
         dynamics::recover(simd, &self.tree, &mut self.factor, &whitened, &mut self.joints.velocities);
         self.drift();

@@ -36,6 +36,13 @@ pub(super) struct Settings {
     pub(super) friction: f64,
 }
 
+/// What contacts act between.
+pub(super) struct Bodies<'a, S: Simd> {
+    pub(super) tree: &'a Tree,
+    pub(super) factor: &'a Factor<S>,
+    pub(super) object: &'a Object<S>,
+}
+
 /// The contacts of a step, and the impulses of the last one.
 pub(super) struct Solver<S: Simd> {
     /// As many as there are candidates; the first `used` are this step's.
@@ -130,9 +137,7 @@ impl<S: Simd> Solver<S> {
     pub(super) fn prepare(
         &mut self,
         simd: S,
-        tree: &Tree,
-        factor: &Factor<S>,
-        object: &Object<S>,
+        bodies: &Bodies<'_, S>,
         contacts: &[Contact<S>],
         settings: &Settings,
     ) {
@@ -141,7 +146,7 @@ impl<S: Simd> Solver<S> {
             || {
                 for (block, contact) in self.blocks.iter_mut().zip(contacts) {
                     let last = &self.last[contact.candidate];
-                    block.prepare(simd, tree, factor, object, contact, last, settings.step);
+                    block.prepare(simd, bodies, contact, last, settings.step);
                 }
                 self.used = contacts.len();
             },
@@ -214,9 +219,7 @@ impl<S: Simd> Block<S> {
     fn prepare(
         &mut self,
         simd: S,
-        tree: &Tree,
-        factor: &Factor<S>,
-        object: &Object<S>,
+        &Bodies { tree, factor, object }: &Bodies<'_, S>,
         contact: &Contact<S>,
         last: &Impulse<S>,
         step: f64,
