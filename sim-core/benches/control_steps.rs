@@ -18,7 +18,10 @@ use selftalk_sim::{Draw, Experiment, Genotype, Job, Simulator};
 const TIME: Duration = Duration::from_secs(3);
 
 fn main() -> Result<(), Box<dyn Error>> {
-    println!("{:<12}  {:<16}  {:>24}  {:>12}", "instructions", "trials", "control steps / s / core", "us / step");
+    println!(
+        "{:<12}  {:<16}  {:>24}  {:>12}",
+        "instructions", "trials", "control steps / s / core", "us / step"
+    );
     for instructions in [Instructions::Best, Instructions::Avx2, Instructions::Baseline] {
         for (name, trials) in [("all", 0..16), ("GRASP and MOVE", 8..16)] {
             let rate = control_steps_per_second(instructions, trials)?;
@@ -40,7 +43,12 @@ fn control_steps_per_second(instructions: Instructions, trials: Range<u32>) -> R
         if queue.is_empty() && start.elapsed() < TIME {
             let genes: Vec<u16> = (0..simulator.gene_count()).map(|_| stream.random()).collect();
             let genotype = Arc::new(Genotype::new(genes));
-            queue.extend(trials.clone().map(|trial| Job { genotype: Arc::clone(&genotype), draw, trial, tag: () }));
+            queue.extend(trials.clone().map(|trial| Job {
+                genotype: Arc::clone(&genotype),
+                draw,
+                trial,
+                tag: (),
+            }));
         }
         queue.pop()
     };

@@ -15,7 +15,19 @@ struct Mount {
     pose: Isometry3<f64>,
 }
 
-pub(super) fn read(text: &str) -> Result<RobotModel, RobotError> {
+const ICUB: &str = include_str!("../../assets/icub-left-arm.urdf");
+
+impl RobotModel {
+    /// The shipped robot.
+    ///
+    /// # Errors
+    /// [`RobotError`] when the shipped URDF was damaged; a test holds it.
+    pub fn icub() -> Result<Self, RobotError> {
+        read(ICUB)
+    }
+}
+
+fn read(text: &str) -> Result<RobotModel, RobotError> {
     let urdf = urdf_rs::read_from_string(text).map_err(|error| RobotError(error.to_string()))?;
     let mut joints: Vec<Joint> = Vec::with_capacity(JOINTS);
     let mut mounts = HashMap::from([("root_link", Mount { carrier: None, pose: Isometry3::identity() })]);
