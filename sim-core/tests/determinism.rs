@@ -91,7 +91,7 @@ fn states_digest(instructions: Instructions) -> String {
 }
 
 /// Digests of outcomes, signals and states. They change only with the simulator, and then its users' histories do.
-const GOLDEN: [&str; 3] = ["2dbcc0bab0c2999f", "6ec2add6823200c8", "aa77de3fe5361863"];
+const GOLDEN: [&str; 3] = ["e387a1ba31e677a1", "8b0369d85a312eb7", "28667f73bd027a91"];
 
 #[test]
 fn all_instruction_sets_give_the_golden_digests() {

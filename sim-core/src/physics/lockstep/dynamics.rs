@@ -30,8 +30,10 @@ pub(super) struct Factor<S: Simd> {
     /// What the sweep works on: each link's inertia and momentum with its descendants'.
     inertias: [ArticulatedInertia<S>; JOINTS],
     momenta: [Force<S>; JOINTS],
-    /// Each link's velocity, and the acceleration that the velocities alone cause.
-    motions: [(Motion<S>, Motion<S>); JOINTS],
+    /// Each link's velocity.
+    pub(super) velocities: [Motion<S>; JOINTS],
+    /// Each link's acceleration that the velocities alone cause.
+    accelerations: [Motion<S>; JOINTS],
 }
 
 impl<S: Simd> Factor<S> {
@@ -42,7 +44,8 @@ impl<S: Simd> Factor<S> {
             scales: [splat(simd, 0.0); JOINTS],
             inertias: [ArticulatedInertia::zero(simd); JOINTS],
             momenta: [Force::zero(simd); JOINTS],
-            motions: [(Motion::zero(simd), Motion::zero(simd)); JOINTS],
+            velocities: [Motion::zero(simd); JOINTS],
+            accelerations: [Motion::zero(simd); JOINTS],
         }
     }
 
@@ -81,12 +84,14 @@ pub(super) fn smooth<S: Simd>(
         || {
             for (i, link) in tree.links.iter().enumerate() {
                 let axis = Motion::revolution(poses[i].rotation.z, poses[i].position);
-                let (velocity, acceleration) = link
-                    .parent
-                    .map_or((Motion::zero(simd), Motion::zero(simd)), |parent| factor.motions[parent]);
+                let (velocity, acceleration) = match link.parent {
+                    Some(parent) => (factor.velocities[parent], factor.accelerations[parent]),
+                    None => (Motion::zero(simd), Motion::zero(simd)),
+                };
                 let velocity = velocity.scale_add(&axis, state.velocities[i]);
                 let acceleration = acceleration.scale_add(&velocity.cross(&axis), state.velocities[i]);
-                factor.motions[i] = (velocity, acceleration);
+                factor.velocities[i] = velocity;
+                factor.accelerations[i] = acceleration;
                 factor.axes[i] = axis;
                 let body = turned(simd, &link.mass, &poses[i]);
                 let momentum = body.times(&velocity);
@@ -127,9 +132,9 @@ pub(super) fn recover<S: Simd>(
         #[inline(always)]
         || {
             for (i, link) in tree.links.iter().enumerate() {
-                let parent = link.parent.map_or(Motion::zero(simd), |parent| factor.motions[parent].0);
+                let parent = link.parent.map_or(Motion::zero(simd), |parent| factor.velocities[parent]);
                 velocities[i] = (whitened[i] - parent.dot(&factor.forces[i])) * factor.scales[i];
-                factor.motions[i].0 = parent.scale_add(&factor.axes[i], velocities[i]);
+                factor.velocities[i] = parent.scale_add(&factor.axes[i], velocities[i]);
             }
         },
     );

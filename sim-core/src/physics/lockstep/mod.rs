@@ -15,7 +15,7 @@ mod tree;
 use fearless_simd::{Level, Simd, dispatch};
 use nalgebra::Vector3;
 
-use self::contact::{CANDIDATES, Contact, FIRST_TOUCH};
+use self::contact::{CANDIDATES, Contact, FIRST_TOUCH, Movement};
 use self::dynamics::{Factor, Joints};
 use self::kinematics::Pose;
 use self::lanes::{LANES, Real, splat};
@@ -125,8 +125,9 @@ impl<S: Simd> Lockstep<S> {
         let mut whitened = [splat(simd, 0.0); JOINTS];
         dynamics::smooth(simd, &self.tree, &self.poses, &self.joints, step, &mut self.factor, &mut whitened);
         self.object.velocity.z -= scene::GRAVITY * step;
-        contact::find(simd, &self.tree.shapes, &self.poses, &self.object, &mut self.contacts);
-        let Self { tree, factor, object, contacts, solver, settings, .. } = self;
+        let Self { tree, poses, factor, object, contacts, solver, settings, .. } = self;
+        let movement = Movement { poses, velocities: &factor.velocities, object, step };
+        contact::find(simd, &tree.shapes, &movement, contacts);
         solver.prepare(simd, &Bodies { tree, factor, object }, contacts, settings);
         solver.solve(simd, settings, &mut whitened, object);
         dynamics::recover(simd, &self.tree, &mut self.factor, &whitened, &mut self.joints.velocities);
