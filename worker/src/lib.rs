@@ -11,6 +11,7 @@ mod queue;
 mod session;
 pub mod signal;
 mod slots;
+mod usage;
 
 use std::sync::Arc;
 use std::time::Instant;

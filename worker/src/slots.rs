@@ -11,6 +11,7 @@ use selftalk_sim::Simulator;
 use tokio::sync::mpsc::UnboundedSender;
 
 use crate::queue::{Queue, Study, Task};
+use crate::usage::Usage;
 
 /// The threads. They end when this is dropped; [`Slots::stop`] also waits for them.
 #[derive(Debug)]
@@ -53,11 +54,13 @@ impl Drop for Slots {
 }
 
 fn work(queue: &Queue, results: &UnboundedSender<UnitResult>) {
+    let mut usage = Usage::default();
     let mut last = None;
     while let Some((study, simulator)) = queue.wait(last) {
-        simulate(queue, study, &simulator, results);
+        usage.measure(|| simulate(queue, study, &simulator, results));
         last = Some(study);
     }
+    usage.report();
 }
 
 /// Runs trials of one experiment for as long as there are any.

@@ -1,0 +1,59 @@
+//! Where the programs are.
+//!
+//! Cargo tells a test where the programs of its own package are, but these belong to others. It does build them: the
+//! packages `selftalk` and `selftalk-worker` have an integration test `command_line`, and with a package's
+//! integration test come its programs. Building that test once more here costs nothing after
+//! `cargo test --workspace`, and after `cargo test -p selftalk-tests` it brings programs up to date that would be
+//! missing or old. The packages are those of the whole workspace so that nothing is compiled twice with different
+//! features.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// The `selftalk` command.
+#[must_use]
+pub fn selftalk() -> Command {
+    command("selftalk")
+}
+
+/// The `selftalk-worker` command.
+#[must_use]
+pub fn worker() -> Command {
+    command("selftalk-worker")
+}
+
+fn command(name: &str) -> Command {
+    let mut command = Command::new(folder().join(format!("{name}{}", std::env::consts::EXE_SUFFIX)));
+    // What the developer has set must not change what is printed.
+    command.env_remove("RUST_LOG").env_remove("RUST_BACKTRACE");
+    command
+}
+
+/// The folder with the programs of the profile that this test was built with.
+fn folder() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        // Tests lie in <target>/<profile>/deps.
+        let test = std::env::current_exe().unwrap();
+        let folder = test.parent().and_then(Path::parent).expect("a test lies in its profile's folder");
+        let profile = match folder.file_name().and_then(|name| name.to_str()) {
+            Some("debug") | None => "dev",
+            Some(name) => name,
+        };
+        let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into()))
+            .args(["test", "--quiet", "--no-run", "--workspace", "--test", "command_line"])
+            .args([
+                "--profile",
+                profile,
+                "--manifest-path",
+                concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml"),
+            ])
+            .arg("--target-dir")
+            .arg(folder.parent().expect("a profile lies in the target folder"))
+            .output()
+            .unwrap();
+        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+        folder.to_owned()
+    })
+}
