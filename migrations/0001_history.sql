@@ -1,4 +1,4 @@
--- The history of experiments. Rows are only ever added; what a finished generation wrote never changes.
+-- The history of experiments. What a committed generation wrote never changes.
 -- Times are RFC 3339 text in UTC. Everything is counted from 0.
 -- Tables WITHOUT ROWID are keyed by what people call the thing, which is also the order it is read in.
 

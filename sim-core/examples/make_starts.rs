@@ -10,7 +10,7 @@
 use std::error::Error;
 
 use nalgebra::Point3;
-use selftalk_sim::behaviours::{Start, Starts};
+use selftalk_sim::behaviours::{InHand, Start, Starts};
 use selftalk_sim::experiment::Experiment;
 use selftalk_sim::physics::{Engine, Instructions, Placement, engine};
 use selftalk_sim::robot::{HandGoal, JOINTS, RobotModel, joint};
@@ -142,8 +142,7 @@ fn rounded<const N: usize>(values: [f64; N]) -> [f64; N] {
 }
 
 fn still(angles: [f64; JOINTS]) -> Start {
-    let angles = rounded(angles);
-    Start { angles, targets: angles, object: None, orientation: None }
+    Start { angles: rounded(angles), in_hand: None }
 }
 
 /// The posture over the object, how it slopes, and the state in which the object was lifted and is held.
@@ -178,12 +177,12 @@ fn grasp_and_lift(
             }
         }
         seen.map(|seen| {
-            let state = Start {
-                angles: rounded(seen.angles),
+            let in_hand = InHand {
+                object: rounded(seen.object),
+                orientation: rounded(seen.orientation),
                 targets: rounded(lifted),
-                object: Some(rounded(seen.object)),
-                orientation: Some(rounded(seen.orientation)),
             };
+            let state = Start { angles: rounded(seen.angles), in_hand: Some(in_hand) };
             (over, slope, state)
         })
     })

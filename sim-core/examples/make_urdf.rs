@@ -2,6 +2,11 @@
 //!
 //! Run from the repository's root: `cargo run -p selftalk-sim --example make_urdf > sim-core/assets/icub-left-arm.urdf`
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "what is written is shipped, and the same everywhere from then on"
+)]
+
 use std::collections::HashMap;
 use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, PI};

@@ -67,12 +67,6 @@ pub fn command(robot: &RobotModel, motors: &Motors) -> [f64; JOINTS] {
     })
 }
 
-/// Mean flexion of all finger joints, as a share of their ranges: 0 stretched, 1 closed.
-#[must_use]
-pub fn flexion(robot: &RobotModel, angles: &[f64; JOINTS]) -> f64 {
-    mean(joint::FLEXION.map(|i| robot.joints[i].share(angles[i])))
-}
-
 fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     let count = values.len() as f64;
     values.sum::<f64>() / count

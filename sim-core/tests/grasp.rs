@@ -1,5 +1,7 @@
 //! Scripted grasps through the public interface: nothing but contact forces holds the object.
 
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
+
 use nalgebra::{Point3, Vector3};
 use selftalk_sim::behaviours::{Start, Starts};
 use selftalk_sim::experiment::Experiment;
@@ -63,7 +65,7 @@ impl Scene {
     /// Servo targets that shift the hand, its slope changed as little as need be; the fingers stay as they are.
     fn shifted(&self, shift: [f64; 3]) -> Angles {
         let hand = Kinematics::new(&self.robot, &self.commanded).links[joint::HAND];
-        let (tilt, roll) = ((hand * -Vector3::x()).z.asin(), (hand * Vector3::z()).z.asin());
+        let (tilt, roll) = (libm::asin((hand * -Vector3::x()).z), libm::asin((hand * Vector3::z()).z));
         let position = Point3::from(hand.translation.vector + Vector3::from(shift));
         let mut slopes: Vec<(i32, i32)> = (-6..=6).flat_map(|a| (-6..=6).map(move |b| (a, b))).collect();
         slopes.sort_by_key(|(a, b)| a * a + b * b);

@@ -9,7 +9,7 @@ use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
 use super::Global;
-use super::choose::resume_command;
+use super::choose::{command, resume_command};
 use super::progress::Progress;
 use crate::driver::{DriverError, RunEnd};
 use crate::exit::{Exit, Failure};
@@ -46,6 +46,7 @@ pub(super) async fn conduct(
     global: &Global,
 ) -> Result<Vec<StoredExperiment>, Failure> {
     let store = Arc::new(store);
+    let remote = matches!(workers, Workers::Remote(_));
     let result = run(Arc::clone(&store), &experiments, workers, signal).await;
     let mut ended = Vec::new();
     for stored in &experiments {
@@ -56,7 +57,7 @@ pub(super) async fn conduct(
     }
     match result? {
         RunEnd::Finished => Ok(ended),
-        RunEnd::Interrupted => Err(interrupted(&ended, signal, global)),
+        RunEnd::Interrupted => Err(interrupted(&ended, remote, signal, global)),
     }
 }
 
@@ -154,7 +155,7 @@ fn failure(error: MasterError) -> Failure {
     }
 }
 
-fn interrupted(experiments: &[StoredExperiment], signal: &Signal, global: &Global) -> Failure {
+fn interrupted(experiments: &[StoredExperiment], remote: bool, signal: &Signal, global: &Global) -> Failure {
     let exit =
         if signal.exit_code() == Some(Exit::Terminated as u8) { Exit::Terminated } else { Exit::Interrupted };
     let name = match experiments {
@@ -162,6 +163,12 @@ fn interrupted(experiments: &[StoredExperiment], signal: &Signal, global: &Globa
         _ => "",
     };
     let resume = resume_command(global, name);
-    let message = format!("interrupted; all complete generations are kept, `{}` goes on", resume.trim_end());
+    let resume = resume.trim_end();
+    let serve = if remote {
+        format!("`{}` or, on this machine alone, ", command(global, "serve"))
+    } else {
+        String::new()
+    };
+    let message = format!("interrupted; all complete generations are kept, {serve}`{resume}` goes on");
     Failure::new(exit, message)
 }

@@ -149,7 +149,8 @@ impl<S: Store> Reception<S> {
         outgoing: mpsc::UnboundedSender<FromMaster>,
     ) -> Result<(PeerId, WorkerId, CancellationToken), StoreError> {
         let Hello { version, host, pid, slots, instance, holds, .. } = hello;
-        let name = format!("{host}-{pid}");
+        // Workers of one process differ in their instance alone.
+        let name = format!("{host}-{pid}-{:04x}", instance & 0xffff);
         let info = WorkerInfo { name, host, process: pid, version, slots };
         let worker = self.store.worker_joined(&info).await?;
         let heartbeat_ms = u32::try_from(self.settings.heartbeat.as_millis()).unwrap_or(u32::MAX);

@@ -38,7 +38,7 @@ pub use sqlite::{Generations, SqliteStore};
 pub trait Store: Send + Sync + 'static {
     /// Creates an experiment with all its replications, at generation none.
     ///
-    /// `fingerprint` is the simulator's ([`selftalk_sim::simulator::fingerprint`]).
+    /// `fingerprint` is the simulator's ([`selftalk_sim::fingerprint()`]).
     ///
     /// # Errors
     /// [`StoreError::Exists`] when the name is taken, whatever the settings.

@@ -6,13 +6,12 @@ mod reach;
 mod starts;
 mod transport;
 
-use crate::body;
 use crate::experiment::{Experiment, Near};
 use crate::physics::Observation;
 use crate::robot::RobotModel;
 use crate::scene;
 
-pub use starts::{Start, StartError, Starts};
+pub use starts::{InHand, Start, StartError, Starts};
 
 /// An elementary action, in the order of the trials and of the linguistic labels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -115,7 +114,7 @@ impl View<'_> {
     }
 
     fn flexion(&self) -> f64 {
-        body::flexion(self.robot, &self.observation.angles)
+        self.robot.flexion(&self.observation.angles)
     }
 
     fn touches(&self) -> u32 {

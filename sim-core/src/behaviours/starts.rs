@@ -21,26 +21,38 @@ pub struct StartError(String);
 pub struct Start {
     /// Joint angles.
     pub angles: [f64; JOINTS],
-    /// Angles the servos hold until the controller speaks. They differ from the joints' where the hand presses on
-    /// the object.
+    /// The object, if it is in the hand; without it the object stands on the table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub in_hand: Option<InHand>,
+}
+
+/// An object in the hand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InHand {
+    /// Centre of the object.
+    pub object: [f64; 3],
+    /// Orientation of the object as a unit quaternion (w, x, y, z).
+    pub orientation: [f64; 4],
+    /// Angles that the servos are commanded to, so that the fingers press on the object.
     pub targets: [f64; JOINTS],
-    /// Centre of the object in the hand; without one the object stands on the table.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub object: Option<[f64; 3]>,
-    /// Orientation of the object in the hand (w, x, y, z).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub orientation: Option<[f64; 4]>,
 }
 
 impl Start {
     /// Robot and object at the start of a trial. An object on the table stands at `place` (x, y).
     #[must_use]
     pub fn placement(&self, [x, y]: [f64; 2]) -> Placement {
-        Placement {
-            angles: self.angles,
-            targets: self.targets,
-            object: self.object.unwrap_or([x, y, scene::OBJECT_STANDING]),
-            orientation: self.orientation.unwrap_or([1.0, 0.0, 0.0, 0.0]),
+        let angles = self.angles;
+        match self.in_hand {
+            Some(InHand { object, orientation, targets }) => {
+                Placement { angles, targets, object, orientation }
+            }
+            None => Placement {
+                angles,
+                targets: angles,
+                object: [x, y, scene::OBJECT_STANDING],
+                orientation: [1.0, 0.0, 0.0, 0.0],
+            },
         }
     }
 }
@@ -92,12 +104,12 @@ mod tests {
         let starts = Starts::shipped().unwrap();
         for behaviour in Behaviour::ALL {
             for start in starts.of(behaviour) {
-                for (joint, target) in robot.joints.iter().zip(start.targets) {
+                let commanded = start.placement([0.0; 2]).targets;
+                for (joint, target) in robot.joints.iter().zip(commanded) {
                     let slack = 1e-6;
                     assert!(target > joint.lower - slack && target < joint.upper + slack, "{}", joint.name);
                 }
-                let in_hand = behaviour == Behaviour::Move;
-                assert_eq!(start.object.is_some(), in_hand);
+                assert_eq!(start.in_hand.is_some(), behaviour == Behaviour::Move);
             }
         }
     }

@@ -243,6 +243,12 @@ mod tests {
     }
 
     #[test]
+    fn keys_left_out_of_a_nested_table_keep_their_defaults() {
+        let experiment = Experiment::from_toml("x.toml", "[reach.near]\nfull = 0.05\n", &[]).unwrap();
+        assert_eq!(experiment.reach.near, Near { full: 0.05, ..Near::default() });
+    }
+
+    #[test]
     fn broken_overrides_are_refused() {
         assert!(refused("", &["seed"]).contains("expected key=value"));
         assert!(refused("", &["=3"]).contains("empty"));

@@ -121,7 +121,7 @@ impl Default for Trials {
 /// Closeness, as rewards grade it: the mean of two ramps, each 1 up to distance `full` and 0 from `full` plus its own
 /// width on. The wide one pulls from afar, the narrow one harder near the goal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Near {
     /// Distance up to which closeness is 1, in metres.
     pub full: f64,

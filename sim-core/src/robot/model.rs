@@ -3,12 +3,10 @@
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 use thiserror::Error;
 
-use super::urdf;
+use super::joint;
 
 /// Moving joints, and moving links: link `i` is moved by joint `i`.
 pub const JOINTS: usize = 20;
-
-const URDF: &str = include_str!("../../assets/icub-left-arm.urdf");
 
 /// Why a URDF is not this robot.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -136,12 +134,11 @@ impl Palm {
 }
 
 impl RobotModel {
-    /// The shipped robot.
-    ///
-    /// # Errors
-    /// [`RobotError`] when the shipped URDF was damaged; a test holds it.
-    pub fn icub() -> Result<Self, RobotError> {
-        urdf::read(URDF)
+    /// Mean flexion of all finger joints, as a share of their ranges: 0 stretched, 1 closed.
+    #[must_use]
+    pub fn flexion(&self, angles: &[f64; JOINTS]) -> f64 {
+        let shares = joint::FLEXION.map(|i| self.joints[i].share(angles[i]));
+        shares.sum::<f64>() / joint::FLEXION.len() as f64
     }
 
     /// The capsule that stands for a part.

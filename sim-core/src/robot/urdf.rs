@@ -1,6 +1,6 @@
 //! From the URDF to the tree of moving links: links behind fixed joints are merged into the link that carries them.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 use urdf_rs::{Collision, Geometry, JointType, Link, Pose};
@@ -15,10 +15,22 @@ struct Mount {
     pose: Isometry3<f64>,
 }
 
-pub(super) fn read(text: &str) -> Result<RobotModel, RobotError> {
+const ICUB: &str = include_str!("../../assets/icub-left-arm.urdf");
+
+impl RobotModel {
+    /// The shipped robot.
+    ///
+    /// # Errors
+    /// [`RobotError`] when the shipped URDF was damaged; a test holds it.
+    pub fn icub() -> Result<Self, RobotError> {
+        read(ICUB)
+    }
+}
+
+fn read(text: &str) -> Result<RobotModel, RobotError> {
     let urdf = urdf_rs::read_from_string(text).map_err(|error| RobotError(error.to_string()))?;
     let mut joints: Vec<Joint> = Vec::with_capacity(JOINTS);
-    let mut mounts = HashMap::from([("root_link", Mount { carrier: None, pose: Isometry3::identity() })]);
+    let mut mounts = BTreeMap::from([("root_link", Mount { carrier: None, pose: Isometry3::identity() })]);
     for joint in &urdf.joints {
         let parent = mounts
             .get(joint.parent.link.as_str())

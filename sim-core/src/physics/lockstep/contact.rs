@@ -1,18 +1,19 @@
 //! Where shapes touch: a fixed list of candidate contacts, tested in every step.
 
-use fearless_simd::{Simd, SimdBase, SimdMask};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask};
 use nalgebra::Vector3;
 
 use super::kinematics::Pose;
-use super::lanes::{Mask, Real, clamp, max, select, splat};
+use super::lanes::{Mask, Real, clamp, max, min, reciprocal, splat};
 use super::object::Object;
-use super::spatial::{Rotation, Vec3, vec3};
+use super::spatial::{Motion, Rotation, Vec3, vec3};
 use super::tree::{CAPSULES, Capsule, KNOBS, Shapes};
 use crate::robot::{JOINTS, joint};
 use crate::scene;
 
-/// Contacts are prepared from this gap on, in metres: more than a hand closes in a step.
-const MARGIN: f64 = 0.005;
+/// Contacts are prepared where the present velocities leave less than this gap after a step, in metres: more than
+/// the step's accelerations can close.
+const MARGIN: f64 = 0.002;
 
 /// Points of the object's base on its rim, and its lowest point where it is round.
 const OBJECT_TABLE: usize = 5;
@@ -41,21 +42,46 @@ pub(super) struct Contact<S: Simd> {
     pub(super) on_object: bool,
 }
 
+/// What moves, and for how long until contacts are looked for again.
+pub(super) struct Movement<'a, S: Simd> {
+    /// Poses of the robot's links.
+    pub(super) poses: &'a [Pose<S>; JOINTS],
+    /// Their velocities.
+    pub(super) velocities: &'a [Motion<S>; JOINTS],
+    pub(super) object: &'a Object<S>,
+    /// Length of a step, s.
+    pub(super) step: f64,
+}
+
+impl<S: Simd> Movement<'_, S> {
+    /// Velocity of a point of a link.
+    #[inline(always)]
+    fn velocity(&self, link: usize, point: Vec3<S>) -> Vec3<S> {
+        let velocity = &self.velocities[link];
+        velocity.linear + velocity.angular.cross(point)
+    }
+
+    /// Whether a gap that opens at some speed may be closed by the end of the step.
+    #[inline(always)]
+    fn closes(&self, simd: S, gap: Real<S>, speed: Real<S>) -> Mask<S> {
+        (gap + min(simd, speed, splat(simd, 0.0)) * self.step).simd_lt(MARGIN)
+    }
+}
+
 /// Finds every candidate that is close in any lane, in a fixed order.
 pub(super) fn find<S: Simd>(
     simd: S,
     shapes: &Shapes,
-    poses: &[Pose<S>; JOINTS],
-    object: &Object<S>,
+    movement: &Movement<'_, S>,
     found: &mut Vec<Contact<S>>,
 ) {
     simd.vectorize(
         #[inline(always)]
         || {
             found.clear();
-            object_on_table(simd, object, found);
-            robot_on_table(simd, shapes, poses, found);
-            robot_on_object(simd, shapes, poses, object, found);
+            object_on_table(simd, movement, found);
+            robot_on_table(simd, shapes, movement, found);
+            robot_on_object(simd, shapes, movement, found);
         },
     );
 }
@@ -66,9 +92,10 @@ fn up<S: Simd>(simd: S) -> Vec3<S> {
 }
 
 #[inline(always)]
-fn object_on_table<S: Simd>(simd: S, object: &Object<S>, found: &mut Vec<Contact<S>>) {
-    let bottom = object.centre - up(simd) * scene::OBJECT_RADIUS;
-    let low = bottom.z.simd_lt(scene::TABLE + MARGIN);
+fn object_on_table<S: Simd>(simd: S, movement: &Movement<'_, S>, found: &mut Vec<Contact<S>>) {
+    let object = movement.object;
+    let bottom = object.centre - up(simd).scale(scene::OBJECT_RADIUS);
+    let low = movement.closes(simd, bottom.z - scene::TABLE, object.velocity.z);
     if !low.any_true() {
         return;
     }
@@ -86,30 +113,27 @@ fn object_on_table<S: Simd>(simd: S, object: &Object<S>, found: &mut Vec<Contact
     ];
     for (candidate, (point, allowed)) in points.into_iter().enumerate() {
         let gap = point.z - scene::TABLE;
-        let close = gap.simd_lt(MARGIN) & allowed;
+        let speed = object.velocity_at(point - object.centre).z;
+        let close = movement.closes(simd, gap, speed) & allowed;
         if close.any_true() {
-            found.push(Contact {
-                candidate,
-                close,
-                gap,
-                normal: up(simd),
-                point,
-                link: None,
-                on_object: true,
-            });
+            let normal = up(simd);
+            found.push(Contact { candidate, close, gap, normal, point, link: None, on_object: true });
         }
     }
 }
 
 #[inline(always)]
-fn robot_on_table<S: Simd>(simd: S, shapes: &Shapes, poses: &[Pose<S>; JOINTS], found: &mut Vec<Contact<S>>) {
+fn robot_on_table<S: Simd>(
+    simd: S,
+    shapes: &Shapes,
+    movement: &Movement<'_, S>,
+    found: &mut Vec<Contact<S>>,
+) {
     for (candidate, knob) in (OBJECT_TABLE..).zip(&shapes.knobs) {
-        let (pose, p) = (&poses[knob.link], &knob.point);
-        let turned = pose.rotation.x.z * p.x + pose.rotation.y.z * p.y + pose.rotation.z.z * p.z;
-        let gap = pose.position.z + turned - (scene::TABLE + knob.radius);
-        let close = gap.simd_lt(MARGIN);
+        let point = movement.poses[knob.link].point(&knob.point) - up(simd).scale(knob.radius);
+        let gap = point.z - scene::TABLE;
+        let close = movement.closes(simd, gap, movement.velocity(knob.link, point).z);
         if close.any_true() {
-            let point = pose.point(p) - up(simd) * knob.radius;
             let link = Some(knob.link);
             found.push(Contact { candidate, close, gap, normal: up(simd), point, link, on_object: false });
         }
@@ -120,30 +144,34 @@ fn robot_on_table<S: Simd>(simd: S, shapes: &Shapes, poses: &[Pose<S>; JOINTS], 
 fn robot_on_object<S: Simd>(
     simd: S,
     shapes: &Shapes,
-    poses: &[Pose<S>; JOINTS],
-    object: &Object<S>,
+    movement: &Movement<'_, S>,
     found: &mut Vec<Contact<S>>,
 ) {
-    let palm = ball_and_palm(simd, shapes, &poses[joint::HAND], object.centre);
-    press(FIRST_TOUCH, joint::HAND, palm, object, found);
+    let centre = movement.object.centre;
+    let palm = ball_and_palm(simd, shapes, &movement.poses[joint::HAND], centre);
+    press(simd, FIRST_TOUCH, joint::HAND, palm, movement, found);
     for (candidate, capsule) in (FIRST_TOUCH + 1..).zip(&shapes.capsules) {
-        let distance = ball_and_capsule(simd, capsule, &poses[capsule.link], object.centre);
-        press(candidate, capsule.link, distance, object, found);
+        let distance = ball_and_capsule(simd, capsule, &movement.poses[capsule.link], centre);
+        press(simd, candidate, capsule.link, distance, movement, found);
     }
 }
 
 /// Adds a contact between robot and object if it is close.
 #[inline(always)]
 fn press<S: Simd>(
+    simd: S,
     candidate: usize,
     link: usize,
     (gap, normal): (Real<S>, Vec3<S>),
-    object: &Object<S>,
+    movement: &Movement<'_, S>,
     found: &mut Vec<Contact<S>>,
 ) {
-    let close = gap.simd_lt(MARGIN);
+    let object = movement.object;
+    let arm = normal.scale(scene::OBJECT_RADIUS);
+    let point = object.centre + arm;
+    let speed = normal.dot(movement.velocity(link, point) - object.velocity_at(arm));
+    let close = movement.closes(simd, gap, speed);
     if close.any_true() {
-        let point = object.centre + normal * scene::OBJECT_RADIUS;
         found.push(Contact { candidate, close, gap, normal, point, link: Some(link), on_object: true });
     }
 }
@@ -159,7 +187,7 @@ fn ball_and_capsule<S: Simd>(
     let start = pose.point(&capsule.start);
     let axis = pose.rotation.turn(&capsule.axis);
     let along = (centre - start).dot(axis);
-    let nearest = start + axis * clamp(along, splat(simd, 0.0), splat(simd, capsule.length));
+    let nearest = start + axis * clamp(simd, along, splat(simd, 0.0), splat(simd, capsule.length));
     let (distance, normal) = direction(simd, nearest - centre, up(simd));
     (distance - (capsule.radius + scene::OBJECT_RADIUS), normal)
 }
@@ -176,9 +204,9 @@ fn ball_and_palm<S: Simd>(simd: S, shapes: &Shapes, hand: &Pose<S>, centre: Vec3
     let local = palm.turn_back(centre - middle);
     let half = Vec3::splat(simd, &shapes.palm_half);
     let nearest = vec3(
-        clamp(local.x, -half.x, half.x),
-        clamp(local.y, -half.y, half.y),
-        clamp(local.z, -half.z, half.z),
+        clamp(simd, local.x, -half.x, half.x),
+        clamp(simd, local.y, -half.y, half.y),
+        clamp(simd, local.z, -half.z, half.z),
     );
     let offset = nearest - local;
     let (distance, normal) =
@@ -190,13 +218,13 @@ fn ball_and_palm<S: Simd>(simd: S, shapes: &Shapes, hand: &Pose<S>, centre: Vec3
 #[inline(always)]
 fn direction<S: Simd>(simd: S, v: Vec3<S>, otherwise: Vec3<S>) -> (Real<S>, Vec3<S>) {
     let length = v.norm();
-    let scale = 1.0 / max(length, splat(simd, 1e-9));
+    let scale = reciprocal(simd, max(simd, length, splat(simd, 1e-9)));
     let short = length.simd_lt(1e-9);
     let unit = v * scale;
     let direction = vec3(
-        select(short, otherwise.x, unit.x),
-        select(short, otherwise.y, unit.y),
-        select(short, otherwise.z, unit.z),
+        short.select(otherwise.x, unit.x),
+        short.select(otherwise.y, unit.y),
+        short.select(otherwise.z, unit.z),
     );
     (length, direction)
 }

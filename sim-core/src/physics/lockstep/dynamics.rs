@@ -6,10 +6,10 @@
 //! velocities v then appear as w = L v: a contact's row J becomes r = L⁻ᵀ Jᵀ, its velocity is r·w, an impulse p adds
 //! p r to w, and the responses of two contacts to each other are dot products of their rows.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 use super::kinematics::Pose;
-use super::lanes::{Real, select, splat};
+use super::lanes::{Real, reciprocal, splat};
 use super::spatial::{ArticulatedInertia, Force, Motion, RigidInertia, Symmetric};
 use super::tree::{Mass, Servo, Tree};
 use crate::robot::JOINTS;
@@ -30,8 +30,10 @@ pub(super) struct Factor<S: Simd> {
     /// What the sweep works on: each link's inertia and momentum with its descendants'.
     inertias: [ArticulatedInertia<S>; JOINTS],
     momenta: [Force<S>; JOINTS],
-    /// Each link's velocity, and the acceleration that the velocities alone cause.
-    motions: [(Motion<S>, Motion<S>); JOINTS],
+    /// Each link's velocity.
+    pub(super) velocities: [Motion<S>; JOINTS],
+    /// Each link's acceleration that the velocities alone cause.
+    accelerations: [Motion<S>; JOINTS],
 }
 
 impl<S: Simd> Factor<S> {
@@ -42,7 +44,8 @@ impl<S: Simd> Factor<S> {
             scales: [splat(simd, 0.0); JOINTS],
             inertias: [ArticulatedInertia::zero(simd); JOINTS],
             momenta: [Force::zero(simd); JOINTS],
-            motions: [(Motion::zero(simd), Motion::zero(simd)); JOINTS],
+            velocities: [Motion::zero(simd); JOINTS],
+            accelerations: [Motion::zero(simd); JOINTS],
         }
     }
 
@@ -81,12 +84,14 @@ pub(super) fn smooth<S: Simd>(
         || {
             for (i, link) in tree.links.iter().enumerate() {
                 let axis = Motion::revolution(poses[i].rotation.z, poses[i].position);
-                let (velocity, acceleration) = link
-                    .parent
-                    .map_or((Motion::zero(simd), Motion::zero(simd)), |parent| factor.motions[parent]);
+                let (velocity, acceleration) = match link.parent {
+                    Some(parent) => (factor.velocities[parent], factor.accelerations[parent]),
+                    None => (Motion::zero(simd), Motion::zero(simd)),
+                };
                 let velocity = velocity.scale_add(&axis, state.velocities[i]);
                 let acceleration = acceleration.scale_add(&velocity.cross(&axis), state.velocities[i]);
-                factor.motions[i] = (velocity, acceleration);
+                factor.velocities[i] = velocity;
+                factor.accelerations[i] = acceleration;
                 factor.axes[i] = axis;
                 let body = turned(simd, &link.mass, &poses[i]);
                 let momentum = body.times(&velocity);
@@ -98,7 +103,7 @@ pub(super) fn smooth<S: Simd>(
                 let (drive, added) = servo(simd, &link.servo, state, i, step);
                 let force = factor.inertias[i].times(&factor.axes[i]);
                 let seen = factor.axes[i].dot(&force) + (added + link.servo.armature);
-                let scale = 1.0 / seen.sqrt();
+                let scale = reciprocal(simd, seen.sqrt());
                 factor.scales[i] = scale;
                 factor.forces[i] = force.scale(scale);
                 let joint = state.velocities[i] * link.servo.armature + drive;
@@ -127,9 +132,9 @@ pub(super) fn recover<S: Simd>(
         #[inline(always)]
         || {
             for (i, link) in tree.links.iter().enumerate() {
-                let parent = link.parent.map_or(Motion::zero(simd), |parent| factor.motions[parent].0);
+                let parent = link.parent.map_or(Motion::zero(simd), |parent| factor.velocities[parent]);
                 velocities[i] = (whitened[i] - parent.dot(&factor.forces[i])) * factor.scales[i];
-                factor.motions[i].0 = parent.scale_add(&factor.axes[i], velocities[i]);
+                factor.velocities[i] = parent.scale_add(&factor.axes[i], velocities[i]);
             }
         },
     );
@@ -155,15 +160,15 @@ fn servo<S: Simd>(simd: S, servo: &Servo, state: &Joints<S>, i: usize, step: f64
     let ahead = now - velocity * (step * servo.stiffness);
     let (high, low) = (ahead.simd_gt(limit), ahead.simd_lt(-limit));
     let zero = splat(simd, 0.0);
-    let torque = select(high, limit, select(low, -limit, now));
-    let soft = select(high | low, zero, splat(simd, step * step * servo.stiffness));
+    let torque = high.select(limit, low.select(-limit, now));
+    let soft = (high | low).select(zero, splat(simd, step * step * servo.stiffness));
 
     let below = angle.simd_lt(servo.lower);
     let above = angle.simd_gt(servo.upper);
-    let excess = select(below, servo.lower - angle, select(above, servo.upper - angle, zero));
+    let excess = below.select(-angle + servo.lower, above.select(-angle + servo.upper, zero));
     let stiffness = servo.stiffness * STOP_STIFFNESS;
     let stop = splat(simd, step * (STOP_DAMPING + step) * stiffness);
-    let added = soft + select(below | above, stop, zero) + step * servo.damping;
+    let added = soft + (below | above).select(stop, zero) + step * servo.damping;
     ((torque + excess * stiffness) * step, added)
 }
 
@@ -172,7 +177,7 @@ fn turned<S: Simd>(simd: S, mass: &Mass, pose: &Pose<S>) -> RigidInertia<S> {
     let mut rotational = Symmetric::isotropic(simd, splat(simd, mass.round));
     for (excess, axis) in &mass.excess {
         let axis = pose.rotation.turn(axis);
-        rotational.add_outer(axis, axis * *excess);
+        rotational.add_outer(axis, axis.scale(*excess));
     }
     RigidInertia { mass: mass.mass, centre: pose.point(&mass.centre), rotational }
 }

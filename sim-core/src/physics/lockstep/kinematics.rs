@@ -47,7 +47,7 @@ pub(super) fn forward<S: Simd>(
                         (Rotation::splat(simd, &base), Vec3::splat(simd, &link.offset))
                     }
                 };
-                let (s, c) = sin_cos(angles[i]);
+                let (s, c) = sin_cos(simd, angles[i]);
                 let rotation = Rotation { x: base.x * c + base.y * s, y: base.y * c - base.x * s, z: base.z };
                 poses[i] = Pose { rotation, position };
             }

@@ -15,12 +15,12 @@ mod tree;
 use fearless_simd::{Level, Simd, dispatch};
 use nalgebra::Vector3;
 
-use self::contact::{CANDIDATES, Contact, FIRST_TOUCH};
+use self::contact::{CANDIDATES, Contact, FIRST_TOUCH, Movement};
 use self::dynamics::{Factor, Joints};
 use self::kinematics::Pose;
-use self::lanes::{LANES, Real, splat};
+use self::lanes::{Real, lanes, splat};
 use self::object::Object;
-use self::solver::{Settings, Solver};
+use self::solver::{Bodies, Settings, Solver};
 use self::spatial::{Rotation, Vec3};
 use self::tree::Tree;
 use super::{Engine, Observation, Placement, TOUCH_SENSORS};
@@ -112,7 +112,7 @@ impl<S: Simd> Lockstep<S> {
             solver: Solver::new(simd),
         };
         // Lanes without a trial stand still, away from everything.
-        for lane in 0..LANES {
+        for lane in 0..lanes::<S>() {
             engine.object.centre.z[lane] = 1e3;
         }
         kinematics::forward(simd, &engine.tree, &engine.joints.angles, &mut engine.poses);
@@ -125,9 +125,10 @@ impl<S: Simd> Lockstep<S> {
         let mut whitened = [splat(simd, 0.0); JOINTS];
         dynamics::smooth(simd, &self.tree, &self.poses, &self.joints, step, &mut self.factor, &mut whitened);
         self.object.velocity.z -= scene::GRAVITY * step;
-        contact::find(simd, &self.tree.shapes, &self.poses, &self.object, &mut self.contacts);
-        let Self { tree, factor, object, contacts, solver, settings, .. } = self;
-        solver.prepare(simd, tree, factor, object, contacts, settings);
+        let Self { tree, poses, factor, object, contacts, solver, settings, .. } = self;
+        let movement = Movement { poses, velocities: &factor.velocities, object, step };
+        contact::find(simd, &tree.shapes, &movement, contacts);
+        solver.prepare(simd, &Bodies { tree, factor, object }, contacts, settings);
         solver.solve(simd, settings, &mut whitened, object);
         dynamics::recover(simd, &self.tree, &mut self.factor, &whitened, &mut self.joints.velocities);
         self.drift();
@@ -151,7 +152,7 @@ impl<S: Simd> Lockstep<S> {
 
 impl<S: Simd> Engine for Lockstep<S> {
     fn lanes(&self) -> usize {
-        LANES
+        lanes::<S>()
     }
 
     fn place(&mut self, lane: usize, placement: &Placement) {
@@ -197,13 +198,13 @@ impl<S: Simd> Engine for Lockstep<S> {
         simd.vectorize(
             #[inline(always)]
             || Observation {
-                angles: std::array::from_fn(|i| number(&self.joints.angles[i], lane)),
+                angles: std::array::from_fn(|i| number::<S>(&self.joints.angles[i], lane)),
                 palm: get(&hand.point(&self.landmarks.palm), lane),
                 palm_normal: get(&hand.rotation.turn(&self.landmarks.palm_normal), lane),
                 thumb_tip: tip(0),
                 little_tip: tip(4),
                 object: get(&self.object.centre, lane),
-                orientation: std::array::from_fn(|i| number(&self.object.orientation[i], lane)),
+                orientation: std::array::from_fn(|i| number::<S>(&self.object.orientation[i], lane)),
                 touch,
             },
         )
@@ -217,7 +218,7 @@ fn set<S: Simd>(vector: &mut Vec3<S>, lane: usize, [x, y, z]: [f64; 3]) {
 }
 
 fn get<S: Simd>(vector: &Vec3<S>, lane: usize) -> [f64; 3] {
-    [number(&vector.x, lane), number(&vector.y, lane), number(&vector.z, lane)]
+    [number::<S>(&vector.x, lane), number::<S>(&vector.y, lane), number::<S>(&vector.z, lane)]
 }
 
 /// A lane's number. A masked lane may have had a zero of either sign added, so zeros are made positive.

@@ -1,8 +1,8 @@
 //! The object: a ball with a flat base, one in each lane.
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, SimdFloat};
 
-use super::lanes::{Real, splat};
+use super::lanes::{Real, reciprocal, splat};
 use super::spatial::{Rotation, Vec3, vec3};
 use crate::scene;
 
@@ -34,9 +34,9 @@ impl<S: Simd> Object<S> {
         let (xy, xz, yz) = (x * y2, x * z2, y * z2);
         let (wx, wy, wz) = (w * x2, w * y2, w * z2);
         Rotation {
-            x: vec3(1.0 - (yy + zz), xy + wz, xz - wy),
-            y: vec3(xy - wz, 1.0 - (xx + zz), yz + wx),
-            z: vec3(xz + wy, yz - wx, 1.0 - (xx + yy)),
+            x: vec3(-(yy + zz) + 1.0, xy + wz, xz - wy),
+            y: vec3(xy - wz, -(xx + zz) + 1.0, yz + wx),
+            z: vec3(xz + wy, yz - wx, -(xx + yy) + 1.0),
         }
     }
 
@@ -48,16 +48,16 @@ impl<S: Simd> Object<S> {
 
     #[inline(always)]
     pub(super) fn push(&mut self, lever: Vec3<S>, impulse: Vec3<S>) {
-        self.velocity += impulse * (1.0 / scene::OBJECT_MASS);
-        self.spin += lever.cross(impulse) * (1.0 / scene::OBJECT_INERTIA);
+        self.velocity += impulse.scale(1.0 / scene::OBJECT_MASS);
+        self.spin += lever.cross(impulse).scale(1.0 / scene::OBJECT_INERTIA);
     }
 
     /// Moves on with the present velocities.
     #[inline(always)]
     pub(super) fn drift(&mut self, simd: S, step: f64) {
-        self.centre += self.velocity * step;
+        self.centre += self.velocity.scale(step);
         let [w, x, y, z] = self.orientation;
-        let half = self.spin * (0.5 * step);
+        let half = self.spin.scale(0.5 * step);
         let moved = [
             w - (half.x * x + half.y * y + half.z * z),
             x + (half.x * w + half.y * z - half.z * y),
@@ -65,7 +65,7 @@ impl<S: Simd> Object<S> {
             z + (half.z * w + half.x * y - half.y * x),
         ];
         let square = moved.iter().fold(splat(simd, 0.0), |sum, part| sum + *part * *part);
-        let scale = 1.0 / fearless_simd::SimdFloat::sqrt(square);
+        let scale = reciprocal(simd, square.sqrt());
         self.orientation = moved.map(|part| part * scale);
     }
 }

@@ -7,7 +7,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
 use super::contact::{CANDIDATES, Contact};
 use super::dynamics::Factor;
-use super::lanes::{Mask, Real, max, min, select, splat};
+use super::lanes::{Mask, Real, max, min, reciprocal, splat};
 use super::object::Object;
 use super::spatial::{Force, Vec3, vec3};
 use super::tree::{Chain, MAX_FINGER, Tree};
@@ -34,6 +34,13 @@ pub(super) struct Settings {
     pub(super) sweeps: u32,
     /// Friction coefficient.
     pub(super) friction: f64,
+}
+
+/// What contacts act between.
+pub(super) struct Bodies<'a, S: Simd> {
+    pub(super) tree: &'a Tree,
+    pub(super) factor: &'a Factor<S>,
+    pub(super) object: &'a Object<S>,
 }
 
 /// The contacts of a step, and the impulses of the last one.
@@ -130,9 +137,7 @@ impl<S: Simd> Solver<S> {
     pub(super) fn prepare(
         &mut self,
         simd: S,
-        tree: &Tree,
-        factor: &Factor<S>,
-        object: &Object<S>,
+        bodies: &Bodies<'_, S>,
         contacts: &[Contact<S>],
         settings: &Settings,
     ) {
@@ -141,7 +146,7 @@ impl<S: Simd> Solver<S> {
             || {
                 for (block, contact) in self.blocks.iter_mut().zip(contacts) {
                     let last = &self.last[contact.candidate];
-                    block.prepare(simd, tree, factor, object, contact, last, settings.step);
+                    block.prepare(simd, bodies, contact, last, settings.step);
                 }
                 self.used = contacts.len();
             },
@@ -168,7 +173,8 @@ impl<S: Simd> Solver<S> {
                 for _ in 0..settings.sweeps {
                     let mut change = splat(simd, 0.0);
                     for block in &mut *blocks {
-                        change = max(change, block.sweep(simd, settings.friction, moving, whitened, object));
+                        change =
+                            max(simd, change, block.sweep(simd, settings.friction, moving, whitened, object));
                     }
                     moving &= change.simd_gt(CONVERGED * CONVERGED);
                     if !moving.any_true() {
@@ -214,9 +220,7 @@ impl<S: Simd> Block<S> {
     fn prepare(
         &mut self,
         simd: S,
-        tree: &Tree,
-        factor: &Factor<S>,
-        object: &Object<S>,
+        &Bodies { tree, factor, object }: &Bodies<'_, S>,
         contact: &Contact<S>,
         last: &Impulse<S>,
         step: f64,
@@ -243,11 +247,11 @@ impl<S: Simd> Block<S> {
             );
             for (entry, joint) in self.finger.iter_mut().zip(chain.finger().rev()) {
                 *entry = factor.transmit_all(simd, joint, &mut forces);
-                add_products(&mut response, *entry, *entry);
+                add_products::<S>(&mut response, *entry, *entry);
             }
             for joint in chain.carrier().rev() {
                 let entry = factor.transmit_all(simd, joint, &mut forces);
-                add_products(&mut response, entry, entry);
+                add_products::<S>(&mut response, entry, entry);
                 self.carrier[joint] = entry;
             }
         }
@@ -261,23 +265,23 @@ impl<S: Simd> Block<S> {
             ];
             for row in rows {
                 let share = 1.0 / scene::OBJECT_INERTIA;
-                add_products(&mut response, row, [row[0] * share, row[1] * share, row[2] * share]);
+                add_products::<S>(&mut response, row, [row[0] * share, row[1] * share, row[2] * share]);
             }
             for own in [0, 3, 5] {
                 response[own] += 1.0 / scene::OBJECT_MASS;
             }
         }
         let [nn, ns, nt, ss, st, tt] = response;
-        let scale = 1.0 / (ss * tt - st * st);
-        self.normal_inverse = 1.0 / nn;
+        let scale = reciprocal(simd, ss * tt - st * st);
+        self.normal_inverse = reciprocal(simd, nn);
         self.coupling = [ns, nt];
         self.inverse = [tt * scale, -st * scale, ss * scale];
 
         // Apart, the surfaces may close the gap in one step; overlapping, they separate at a bounded speed.
         let apart = contact.gap * (-1.0 / step);
         let deep = (contact.gap + SLOP) * (-CORRECTION / step);
-        let push = min(max(deep, zero), splat(simd, CORRECTION_SPEED));
-        self.bound = select(contact.gap.simd_gt(0.0), apart, push);
+        let push = min(simd, max(simd, deep, zero), splat(simd, CORRECTION_SPEED));
+        self.bound = contact.gap.simd_gt(0.0).select(apart, push);
         let begin =
             [last.normal, last.friction.dot(self.directions[1]), last.friction.dot(self.directions[2])];
         self.impulse = begin.map(
@@ -300,7 +304,7 @@ impl<S: Simd> Block<S> {
         let active = self.close & moving;
         let [vn, vs, vt] = self.velocity(simd, whitened, object);
         let [n, s, t] = self.impulse;
-        let normal = max(n + (self.bound - vn) * self.normal_inverse, zero);
+        let normal = max(simd, n + (self.bound - vn) * self.normal_inverse, zero);
         let dn = active.select(normal - n, zero);
         let (vs, vt) = (vs + self.coupling[0] * dn, vt + self.coupling[1] * dn);
         let [a, b, c] = self.inverse;
@@ -308,7 +312,7 @@ impl<S: Simd> Block<S> {
         let limit = (n + dn) * friction;
         let square = slide * slide + drift * drift;
         let outside = square.simd_gt(limit * limit);
-        let scale = select(outside, limit / square.sqrt(), splat(simd, 1.0));
+        let scale = outside.select(limit / square.sqrt(), splat(simd, 1.0));
         let ds = active.select(slide * scale - s, zero);
         let dt = active.select(drift * scale - t, zero);
         self.impulse = [n + dn, s + ds, t + dt];
@@ -322,14 +326,14 @@ impl<S: Simd> Block<S> {
         let mut sum = [splat(simd, 0.0); 3];
         if let Some(chain) = &self.chain {
             for (entry, w) in self.carrier.iter().zip(&whitened[chain.carrier()]) {
-                add_multiple(&mut sum, entry, *w);
+                add_multiple::<S>(&mut sum, entry, *w);
             }
             for (entry, w) in self.finger.iter().zip(whitened[chain.finger()].iter().rev()) {
-                add_multiple(&mut sum, entry, *w);
+                add_multiple::<S>(&mut sum, entry, *w);
             }
         }
         if let Some(side) = self.object {
-            let velocity = object.velocity_at(self.arm) * side.sign();
+            let velocity = object.velocity_at(self.arm).scale(side.sign());
             for (sum, direction) in sum.iter_mut().zip(&self.directions) {
                 *sum += direction.dot(velocity);
             }
@@ -349,7 +353,7 @@ impl<S: Simd> Block<S> {
         }
         if let Some(side) = self.object {
             let [n, s, t] = self.directions;
-            object.push(self.arm, (n * a + s * b + t * c) * side.sign());
+            object.push(self.arm, (n * a + s * b + t * c).scale(side.sign()));
         }
     }
 }
@@ -375,8 +379,8 @@ fn add_products<S: Simd>(sums: &mut [Real<S>; 6], a: [Real<S>; 3], b: [Real<S>; 
 /// A normal with two tangents (Duff et al., Building an Orthonormal Basis, Revisited, 2017).
 #[inline(always)]
 fn frame<S: Simd>(simd: S, n: Vec3<S>) -> [Vec3<S>; 3] {
-    let sign = select(n.z.simd_lt(0.0), splat(simd, -1.0), splat(simd, 1.0));
-    let a = -1.0 / (sign + n.z);
+    let sign = n.z.simd_lt(0.0).select(splat(simd, -1.0), splat(simd, 1.0));
+    let a = splat(simd, -1.0) / (sign + n.z);
     let b = n.x * n.y * a;
     let first = vec3(sign * n.x * n.x * a + 1.0, sign * b, -sign * n.x);
     let second = vec3(b, n.y * n.y * a + sign, -n.y);

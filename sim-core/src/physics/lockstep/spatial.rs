@@ -35,6 +35,12 @@ impl<S: Simd> Vec3<S> {
         vec3(zero, zero, zero)
     }
 
+    /// The vector times a number that is the same in all lanes.
+    #[inline(always)]
+    pub(super) fn scale(self, s: f64) -> Self {
+        vec3(self.x * s, self.y * s, self.z * s)
+    }
+
     #[inline(always)]
     pub(super) fn dot(self, o: Self) -> Real<S> {
         self.x * o.x + self.y * o.y + self.z * o.z
@@ -97,14 +103,6 @@ impl<S: Simd> Mul<Real<S>> for Vec3<S> {
     }
 }
 
-impl<S: Simd> Mul<f64> for Vec3<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, s: f64) -> Self {
-        vec3(self.x * s, self.y * s, self.z * s)
-    }
-}
-
 /// A rotation matrix by its columns: the axes of the rotated frame.
 #[derive(Clone, Copy)]
 pub(super) struct Rotation<S: Simd> {
@@ -126,7 +124,7 @@ impl<S: Simd> Rotation<S> {
     /// A vector of the rotated frame, in the outer frame; the same for all lanes.
     #[inline(always)]
     pub(super) fn turn(&self, v: &Vector3<f64>) -> Vec3<S> {
-        self.x * v.x + self.y * v.y + self.z * v.z
+        self.x.scale(v.x) + self.y.scale(v.y) + self.z.scale(v.z)
     }
 
     /// A vector of the outer frame, in the rotated frame.
@@ -300,7 +298,7 @@ impl<S: Simd> RigidInertia<S> {
     /// The momentum at a velocity, or the force for an acceleration.
     #[inline(always)]
     pub(super) fn times(&self, v: &Motion<S>) -> Force<S> {
-        let linear = (v.linear + v.angular.cross(self.centre)) * self.mass;
+        let linear = (v.linear + v.angular.cross(self.centre)).scale(self.mass);
         Force { moment: self.rotational.times(v.angular) + self.centre.cross(linear), linear }
     }
 }
@@ -326,7 +324,7 @@ impl<S: Simd> ArticulatedInertia<S> {
     #[inline(always)]
     pub(super) fn rigid(simd: S, body: &RigidInertia<S>) -> Self {
         let zero = splat(simd, 0.0);
-        let (c, first_moment) = (body.centre, body.centre * body.mass);
+        let (c, first_moment) = (body.centre, body.centre.scale(body.mass));
         let mut rotational = body.rotational + Symmetric::isotropic(simd, c.dot(first_moment));
         rotational.add_outer(c, -first_moment);
         let m = first_moment;

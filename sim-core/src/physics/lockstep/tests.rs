@@ -7,6 +7,9 @@ use proptest::prelude::*;
 use super::*;
 use crate::robot::Kinematics;
 
+/// A lane that every instruction set has.
+const LANE: usize = 1;
+
 type Square = SMatrix<f64, JOINTS, JOINTS>;
 type Column = SVector<f64, JOINTS>;
 
@@ -47,11 +50,11 @@ fn posture() -> impl Strategy<Value = [f64; JOINTS]> {
         .prop_map(move |shares| std::array::from_fn(|i| robot.joints[i].angle(shares[i])))
 }
 
-/// Lane 2 of the engine's state holds the posture; the others hold other ones.
+/// [`LANE`] holds the posture; the others hold another one.
 fn spread<S: Simd>(simd: S, values: &[f64; JOINTS]) -> [Real<S>; JOINTS] {
     values.map(|value| {
         let mut lanes = splat(simd, 0.1);
-        lanes[2] = value;
+        lanes[LANE] = value;
         lanes
     })
 }
@@ -74,7 +77,7 @@ fn capsule_ends<S: Simd>(simd: S, angles: &[f64; JOINTS]) -> Vec<(Point3<f64>, P
         .zip(&robot.capsules)
         .flat_map(|(lane, scalar)| {
             [(lane.start, scalar.start), (lane.end(), scalar.end)].map(|(local, reference)| {
-                let found = get(&poses[lane.link].point(&local), 2);
+                let found = get(&poses[lane.link].point(&local), LANE);
                 (Point3::from(found), kinematics.links[scalar.link] * reference)
             })
         })
@@ -102,7 +105,7 @@ fn inverse_of_factored<S: Simd>(simd: S, tree: &Tree, angles: &[f64; JOINTS], st
         }
         let mut velocities = zeros;
         dynamics::recover(simd, tree, &mut factor, &whitened, &mut velocities);
-        inverse.set_column(column, &Column::from_fn(|i, _| velocities[i][2]));
+        inverse.set_column(column, &Column::from_fn(|i, _| velocities[i][LANE]));
     }
     inverse
 }
@@ -119,8 +122,8 @@ fn energy_drift<S: Simd>(simd: S, angles: &[f64; JOINTS], velocities: &[f64; JOI
     };
     let mut factor = Factor::new(simd);
     let energy = |joints: &Joints<S>| {
-        let velocity = Column::from_fn(|i, _| joints.velocities[i][2]);
-        let inertia = inertia(&robot, &std::array::from_fn(|i| joints.angles[i][2]));
+        let velocity = Column::from_fn(|i, _| joints.velocities[i][LANE]);
+        let inertia = inertia(&robot, &std::array::from_fn(|i| joints.angles[i][LANE]));
         0.5 * velocity.dot(&(inertia * velocity))
     };
     let first = energy(&joints);

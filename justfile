@@ -1,0 +1,43 @@
+# The commands of everyday work. `just` lists them.
+
+_list:
+    @just --list --unsorted
+
+# See it learn: the preset quickstart, into quickstart.db
+quickstart:
+    cargo run --release -- run quickstart --db quickstart.db
+
+# All tests, or those whose names contain a word
+test *words:
+    cargo test --workspace -- {{ words }}
+
+# Format everything
+fmt:
+    cargo fmt --all
+
+# Formatting and lints, as CI has them
+lint:
+    cargo fmt --all --check
+    cargo clippy --workspace --all-targets -- -D warnings
+
+# The API's documentation, in a browser
+doc:
+    cargo doc --workspace --no-deps --open
+
+# Licences, sources and known vulnerabilities of the dependencies (needs cargo-deny)
+deny:
+    cargo deny check
+
+# Everything CI runs
+ci:
+    .ci/run
+
+# Make the robot's URDF again from its figures; look at the difference before keeping it
+urdf:
+    cargo run -p selftalk-sim --example make_urdf > target/icub-left-arm.urdf
+    mv target/icub-left-arm.urdf sim-core/assets/
+
+# Find the initial postures again; look at the difference before keeping it
+starts:
+    cargo run --release -p selftalk-sim --example make_starts > target/starts.toml
+    mv target/starts.toml sim-core/assets/
