@@ -109,6 +109,17 @@ fn an_unreachable_master_is_given_up() {
 }
 
 #[test]
+fn a_master_that_does_not_answer_is_given_up() {
+    // The system accepts the connection, and nobody reads from it.
+    let silent = TcpListener::bind("127.0.0.1:0").unwrap();
+    let begin = Instant::now();
+    let message = run(impatient(&format!("http://{}", silent.local_addr().unwrap()))).failed(5);
+    assert!(message.contains("no master reached") && message.ends_with("does not answer"), "{message}");
+    let seconds = begin.elapsed().as_secs_f64();
+    assert!((1.0..4.5).contains(&seconds), "{seconds}");
+}
+
+#[test]
 fn something_else_at_the_masters_address_is_said_to_be() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();

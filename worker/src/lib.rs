@@ -14,7 +14,7 @@ mod slots;
 mod usage;
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use backoff::Backoff;
 use selftalk_proto::UnitResult;
@@ -26,6 +26,9 @@ use tokio_util::sync::CancellationToken;
 
 pub use config::{Config, available_cores};
 pub use error::WorkerError;
+
+/// Even the last attempt to reach a master at first has this long.
+const ATTEMPT: Duration = Duration::from_secs(1);
 
 /// Why a worker ended without an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +64,9 @@ async fn keep_connected(
     let mut backoff = Backoff::new(config.instance());
     let (mut reached, mut first) = (false, true);
     loop {
-        let (reason, welcomed) = match session.run().await? {
+        let left = config.connect_timeout.saturating_sub(begin.elapsed());
+        let limit = if reached { Duration::MAX } else { left.max(ATTEMPT) };
+        let (reason, welcomed) = match session.run(limit).await? {
             Ended::Finished => return Ok(End::Finished),
             Ended::Stopped => return Ok(End::Stopped),
             Ended::Cut { reason, welcomed } => (reason, welcomed),

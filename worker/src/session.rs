@@ -9,7 +9,7 @@ use selftalk_proto::v1::evaluation_client::EvaluationClient;
 use selftalk_proto::{FromMaster, FromWorker, Hello, MESSAGE_LIMIT, PROTOCOL, Unit, UnitKey, UnitResult};
 use selftalk_sim::{Experiment, Simulator};
 use tokio::sync::mpsc;
-use tokio::time::{Interval, MissedTickBehavior, interval, timeout};
+use tokio::time::{Interval, MissedTickBehavior, interval, sleep, timeout};
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use tonic::transport::Endpoint;
@@ -110,11 +110,13 @@ impl Session {
         Ok(Self { endpoint, hello, master, queue, outbox, recent, studies, shutdown })
     }
 
-    /// Connects and works until the line is cut, the master has finished or the worker is told to stop.
-    pub(crate) async fn run(&mut self) -> Result<Ended, WorkerError> {
+    /// Connects, for at most `limit`, and works until the line is cut, the master has finished or the worker is told
+    /// to stop.
+    pub(crate) async fn run(&mut self, limit: Duration) -> Result<Ended, WorkerError> {
         let shutdown = self.shutdown.clone();
         let connected = tokio::select! {
             connected = self.connect() => connected,
+            () = sleep(limit) => Err(Stop::Cut("the master does not answer".to_owned())),
             () = shutdown.cancelled() => return Ok(Ended::Stopped),
         };
         let (stop, welcomed) = match connected {
