@@ -112,6 +112,19 @@ fn a_grasped_object_is_lifted_moved_and_held() {
 }
 
 #[test]
+fn a_held_object_stays_held_for_a_minute() {
+    for start in &Starts::shipped().unwrap().transport {
+        let mut scene = Scene::new(start, [0.0; 2], 1.0);
+        let hold = scene.commanded;
+        scene.drive(hold, SECOND);
+        let before = scene.in_hand();
+        scene.drive(hold, 60 * SECOND);
+        let slipped = (scene.in_hand() - before).norm();
+        assert!(slipped < 0.005, "slipped by {slipped} m");
+    }
+}
+
+#[test]
 fn without_friction_the_object_stays_behind() {
     let starts = Starts::shipped().unwrap();
     for start in &starts.transport {
