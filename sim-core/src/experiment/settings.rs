@@ -70,7 +70,7 @@ impl Default for Controller {
 pub struct Physics {
     /// Physics steps in a control step of 50 ms.
     pub substeps: u32,
-    /// Gauss-Seidel sweeps over the contacts in a physics step.
+    /// Most Gauss-Seidel sweeps over the contacts in a physics step; a trial's end early once they change nothing.
     pub sweeps: u32,
     /// Coulomb friction coefficient of every contact.
     pub friction: f64,

@@ -57,9 +57,7 @@ impl<S: Simd> Factor<S> {
         *force = *force - self.forces[i].scale(entry);
         entry
     }
-}
 
-impl<S: Simd> Factor<S> {
     /// The same for three forces at once.
     #[inline(always)]
     pub(super) fn transmit_all(&self, simd: S, i: usize, forces: &mut [Force<S>; 3]) -> [Real<S>; 3] {
@@ -147,8 +145,8 @@ pub(super) struct Joints<S: Simd> {
     pub(super) targets: [Real<S>; JOINTS],
 }
 
-/// A joint's servo and stops over a step: the angular impulse at the present velocity zero, and what they add to the
-/// joint's inertia.
+/// A joint's servo and stops over a step: the angular impulse they give a joint that stands still, and what they add
+/// to the joint's inertia.
 ///
 /// The servo's torque is clamp(K (target - angle), limit) - D velocity, at the end of the step; its weight is
 /// compensated, so gravity does not appear. Behind its limits a joint runs into a stiff damped spring.
