@@ -69,9 +69,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     .ok_or("the middle of the areas is out of reach")?;
 
     let (mut reach, mut open, mut grasp, mut carried) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (area, far) in scene::AREAS.iter().zip(FAR) {
-        let object =
-            [scene::AREAS_CENTRE[0] + area[0], scene::AREAS_CENTRE[1] + area[1], scene::OBJECT_STANDING];
+    for (direction, far) in scene::AREA_DIRECTIONS.iter().zip(FAR) {
+        let object = [
+            scene::AREAS_CENTRE[0] + direction[0] * scene::AREAS_DISTANCE,
+            scene::AREAS_CENTRE[1] + direction[1] * scene::AREAS_DISTANCE,
+            scene::OBJECT_STANDING,
+        ];
         let (over, slope, state) = grasp_and_lift(&robot, engine.as_mut(), object, &centre)
             .ok_or_else(|| format!("no grasp at {object:?}"))?;
         let [x, y, z] = object;

@@ -17,9 +17,12 @@ pub const OBJECT_INERTIA: f64 = 0.4 * OBJECT_MASS * OBJECT_RADIUS * OBJECT_RADIU
 /// Height of the object's centre while it stands on the table.
 pub const OBJECT_STANDING: f64 = TABLE + OBJECT_BASE;
 
-/// The middle of the four areas in which the object is placed: in front of the robot, to its left.
+/// The middle of the four areas in which the object is placed: in front of the robot, to its left. The initial
+/// postures belong to these areas.
 pub const AREAS_CENTRE: [f64; 2] = [-0.30, -0.10];
-/// Centres of the areas relative to their middle: to the front, back, left and right.
-pub const AREAS: [[f64; 2]; 4] = [[-0.10, 0.0], [0.10, 0.0], [0.0, -0.10], [0.0, 0.10]];
-/// Centres of the two target areas: left and right.
-pub const TARGETS: [[f64; 3]; 2] = [[-0.25, -0.10, TABLE + 0.25], [-0.25, 0.10, TABLE + 0.25]];
+/// Distance of the areas' centres from their middle.
+pub const AREAS_DISTANCE: f64 = 0.10;
+/// Directions of the areas' centres from their middle: to the front, back, left and right.
+pub const AREA_DIRECTIONS: [[f64; 2]; 4] = [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]];
+/// Directions of the two target areas along y: left and right.
+pub const TARGET_DIRECTIONS: [f64; 2] = [-1.0, 1.0];

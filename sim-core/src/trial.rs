@@ -100,7 +100,7 @@ impl<'a> Trial<'a> {
         trial: u32,
     ) -> Self {
         let behaviour = Behaviour::of_trial(trial);
-        let area = trial as usize % scene::AREAS.len();
+        let area = trial as usize % scene::AREA_DIRECTIONS.len();
         let Draw { replication, generation } = draw;
         let purpose = Purpose::TrialDraw;
         let seed = setup.experiment.seed;
@@ -108,10 +108,15 @@ impl<'a> Trial<'a> {
         let mut jitter = |size: f64| size * (2.0 * stream.random::<f64>() - 1.0);
         let settings = &setup.experiment.scene;
         let share = if behaviour == Behaviour::Grasp { settings.grasp_jitter_share } else { 1.0 };
-        let object = [0, 1]
-            .map(|i| scene::AREAS_CENTRE[i] + scene::AREAS[area][i] + jitter(settings.object_jitter * share));
+        let [front, side] = scene::AREA_DIRECTIONS[area];
+        let object = [
+            settings.areas_x + front * settings.areas_distance + jitter(settings.object_jitter * share),
+            settings.areas_y + side * settings.areas_distance + jitter(settings.object_jitter * share),
+        ];
         // Both target areas come up equally often in each behaviour.
-        let target = scene::TARGETS[area % 2].map(|centre| centre + jitter(settings.target_jitter));
+        let side = scene::TARGET_DIRECTIONS[area % 2] * settings.target_side;
+        let target = [-settings.target_front, side, scene::TABLE + settings.target_height]
+            .map(|centre| centre + jitter(settings.target_jitter));
         engine.place(lane, &setup.starts.of(behaviour)[area].placement(object));
         Self {
             setup,

@@ -81,7 +81,7 @@ impl Scene {
 }
 
 fn left_area() -> [f64; 2] {
-    [scene::AREAS_CENTRE[0] + scene::AREAS[2][0], scene::AREAS_CENTRE[1] + scene::AREAS[2][1]]
+    [scene::AREAS_CENTRE[0], scene::AREAS_CENTRE[1] - scene::AREAS_DISTANCE]
 }
 
 #[test]

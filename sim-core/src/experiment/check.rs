@@ -20,6 +20,12 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), Problem> {
     within("physics.substeps", e.physics.substeps, 4..=50)?;
     within("physics.sweeps", e.physics.sweeps, 1..=1000)?;
     within("physics.friction", e.physics.friction, 0.0..=10.0)?;
+    within("scene.areas_x", e.scene.areas_x, -1.0..=0.0)?;
+    within("scene.areas_y", e.scene.areas_y, -1.0..=1.0)?;
+    within("scene.areas_distance", e.scene.areas_distance, 0.0..=0.5)?;
+    within("scene.target_front", e.scene.target_front, 0.0..=1.0)?;
+    within("scene.target_side", e.scene.target_side, 0.0..=1.0)?;
+    within("scene.target_height", e.scene.target_height, 0.0..=1.0)?;
     within("scene.object_jitter", e.scene.object_jitter, 0.0..=0.1)?;
     within("scene.grasp_jitter_share", e.scene.grasp_jitter_share, 0.0..=1.0)?;
     within("scene.target_jitter", e.scene.target_jitter, 0.0..=0.1)?;

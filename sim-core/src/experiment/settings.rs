@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::scene;
+
 /// Which physics engine runs the trials.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -86,6 +88,18 @@ impl Default for Physics {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
+    /// Middle of the object's four areas along x; paper: 30 cm in front.
+    pub areas_x: f64,
+    /// Middle of the object's four areas along y; paper: 10 cm to the left.
+    pub areas_y: f64,
+    /// Distance of each area's centre from their middle: to the front, back, left and right; paper: 0.10.
+    pub areas_distance: f64,
+    /// Distance of both target areas in front of the robot; paper: 0.25.
+    pub target_front: f64,
+    /// Distance of the target areas to the left and to the right; paper: 0.10.
+    pub target_side: f64,
+    /// Height of the target areas above the table; paper: 0.25.
+    pub target_height: f64,
     /// The object is moved by up to this much from its area's centre along x and y; paper: 0.02.
     pub object_jitter: f64,
     /// Share of `object_jitter` that is used in GRASP, whose hand starts over the object.
@@ -96,7 +110,17 @@ pub struct Scene {
 
 impl Default for Scene {
     fn default() -> Self {
-        Self { object_jitter: 0.02, grasp_jitter_share: 0.25, target_jitter: 0.02 }
+        Self {
+            areas_x: scene::AREAS_CENTRE[0],
+            areas_y: scene::AREAS_CENTRE[1],
+            areas_distance: scene::AREAS_DISTANCE,
+            target_front: 0.25,
+            target_side: 0.10,
+            target_height: 0.25,
+            object_jitter: 0.02,
+            grasp_jitter_share: 0.25,
+            target_jitter: 0.02,
+        }
     }
 }
 
