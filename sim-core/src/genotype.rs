@@ -88,8 +88,7 @@ impl Genotype {
     }
 
     /// SHA-256 of the genes' bytes.
-    #[must_use]
-    pub fn sha256(&self) -> [u8; 32] {
+    fn sha256(&self) -> [u8; 32] {
         Sha256::digest(self.to_bytes()).into()
     }
 }
