@@ -13,23 +13,28 @@ use nalgebra::Point3;
 use selftalk_sim::behaviours::{InHand, Start, Starts};
 use selftalk_sim::experiment::Experiment;
 use selftalk_sim::physics::{Engine, Instructions, Placement, engine};
-use selftalk_sim::robot::{HandGoal, JOINTS, RobotModel, joint};
+use selftalk_sim::robot::{Capsule, HandGoal, JOINTS, Kinematics, RobotModel, joint};
 use selftalk_sim::scene;
 
 /// Torso and arm of the preferred posture, in radians.
-const PREFERRED: [f64; 9] = [-0.0483, 0.0209, -1.0808, 1.8265, 1.2742, 1.3999, 1.0017, -0.1871, 0.0227];
+const PREFERRED: [f64; 9] = [0.2246, 0.1542, -1.1802, 1.7288, 1.1357, 1.0458, 0.7213, -0.3652, -0.0101];
 /// Where the object's centre is in the hand's frame when the hand is over it, in metres.
-const GRIP: [f64; 3] = [0.0693, -0.0522, 0.0308];
+const GRIP: [f64; 3] = [0.0664, -0.0510, 0.0222];
 /// How the hand slopes when it is over the object, in radians.
-const TILT: f64 = 0.1673;
-const ROLL: f64 = 0.2420;
-/// Opposition of the thumb as a share of its range.
-const OPPOSITION: f64 = 0.7513;
+const TILT: f64 = 0.0885;
+const ROLL: f64 = 0.4502;
+/// Opposition of the thumb as a share of its range: beside the object, and opposite the other fingers.
+const ASIDE: f64 = 0.2247;
+const OPPOSED: f64 = 0.7506;
+/// How far all of the robot is from the object when the open hand is over it, in metres: more than the object is moved
+/// in GRASP.
+const CLEARANCE: f64 = 0.0055;
 
-/// Flexion of the fingers as a share of their range: stretched, at rest, and closed.
-const STRETCHED: f64 = 0.0909;
+/// Flexion of the fingers as a share of their range: stretched, at rest, and closed; and of the stretched thumb.
+const STRETCHED: f64 = 0.2500;
 const AT_REST: f64 = 0.3;
 const CLOSED: f64 = 0.9;
+const THUMB_STRETCHED: f64 = 0.0045;
 
 /// How far the object is moved from the grip's middle when a grasp is tried, in metres.
 const SHIFTS: [[f64; 2]; 8] = [
@@ -58,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut engine = engine(&robot, &Experiment::default(), Instructions::Best)?;
     let mut preferred = robot.joints.each_ref().map(|joint| joint.angle(AT_REST));
     preferred[joint::CARRIER].copy_from_slice(&PREFERRED);
-    preferred[joint::THUMB_OPPOSITION] = robot.joints[joint::THUMB_OPPOSITION].angle(OPPOSITION);
+    preferred[joint::THUMB_OPPOSITION] = robot.joints[joint::THUMB_OPPOSITION].angle(OPPOSED);
     let centre = bring(
         &robot,
         [scene::AREAS_CENTRE[0], scene::AREAS_CENTRE[1], scene::OBJECT_STANDING],
@@ -140,6 +145,29 @@ fn with_flexion(robot: &RobotModel, mut angles: [f64; JOINTS], share: f64) -> [f
     angles
 }
 
+/// Fingers and thumb stretched, the thumb aside.
+fn stretched(robot: &RobotModel, angles: [f64; JOINTS]) -> [f64; JOINTS] {
+    let mut angles = with_flexion(robot, angles, STRETCHED);
+    for i in joint::THUMB_FLEXION {
+        angles[i] = robot.joints[i].angle(THUMB_STRETCHED);
+    }
+    angles[joint::THUMB_OPPOSITION] = robot.joints[joint::THUMB_OPPOSITION].angle(ASIDE);
+    angles
+}
+
+/// The smallest distance between the object's ball and the robot's capsules.
+fn clearance(robot: &RobotModel, angles: &[f64; JOINTS], object: [f64; 3]) -> f64 {
+    let links = Kinematics::new(robot, angles).links;
+    let centre = Point3::from(object);
+    let gap = |capsule: &Capsule| {
+        let [start, end] = [capsule.start, capsule.end].map(|end| links[capsule.link] * end);
+        let axis = end - start;
+        let share = ((centre - start).dot(&axis) / axis.norm_squared()).clamp(0.0, 1.0);
+        (centre - (start + axis * share)).norm() - capsule.radius - scene::OBJECT_RADIUS
+    };
+    robot.capsules.iter().map(gap).fold(f64::MAX, f64::min)
+}
+
 fn rounded<const N: usize>(values: [f64; N]) -> [f64; N] {
     values.map(|value| (value * 1e6).round() / 1e6)
 }
@@ -157,9 +185,13 @@ fn grasp_and_lift(
 ) -> Option<([f64; JOINTS], [f64; 2], Start)> {
     slopes().into_iter().find_map(|slope @ [tilt, roll]| {
         let [x, y, z] = object;
-        let over = with_flexion(robot, bring(robot, object, tilt, roll, centre)?, STRETCHED);
-        let lifted = with_flexion(robot, bring(robot, [x, y, z + LIFT], tilt, roll, &over)?, CLOSED);
-        let closed = with_flexion(robot, over, CLOSED);
+        let over = stretched(robot, bring(robot, object, tilt, roll, centre)?);
+        if clearance(robot, &over, object) < CLEARANCE {
+            return None;
+        }
+        let lifted = with_flexion(robot, bring(robot, [x, y, z + LIFT], tilt, roll, centre)?, CLOSED);
+        let mut closed = with_flexion(robot, over, CLOSED);
+        closed[joint::THUMB_OPPOSITION] = lifted[joint::THUMB_OPPOSITION];
         let mut seen = None;
         for shift in SHIFTS {
             for closing in CLOSING {

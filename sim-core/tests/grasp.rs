@@ -42,8 +42,11 @@ impl Scene {
         }
     }
 
+    /// Closes the fingers, with the thumb opposed to them as in the shipped grasps.
     fn close_fingers(&mut self) {
         let mut closed = self.commanded;
+        let opposed = Starts::shipped().unwrap().transport[0].placement([0.0; 2]).targets;
+        closed[joint::THUMB_OPPOSITION] = opposed[joint::THUMB_OPPOSITION];
         for i in joint::FLEXION {
             closed[i] = self.robot.joints[i].angle(0.9);
         }

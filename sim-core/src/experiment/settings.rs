@@ -80,7 +80,7 @@ pub struct Physics {
 
 impl Default for Physics {
     fn default() -> Self {
-        Self { substeps: 8, sweeps: 8, friction: 1.0 }
+        Self { substeps: 8, sweeps: 16, friction: 1.0 }
     }
 }
 

@@ -11,12 +11,14 @@ use super::tree::{CAPSULES, Capsule, KNOBS, Shapes};
 use crate::robot::{JOINTS, joint};
 use crate::scene;
 
-/// Contacts are prepared where the present velocities leave less than this gap after a step, in metres: more than
-/// the step's accelerations can close.
-const MARGIN: f64 = 0.002;
+/// Contacts are prepared where less than this gap, in metres, is left after a step without contact impulses: room for
+/// what the impulses themselves push together.
+const MARGIN: f64 = 0.001;
 
-/// Points of the object's base on its rim, and its lowest point where it is round.
-const OBJECT_TABLE: usize = 5;
+/// Points of the object that can touch the table: three fixed ones on the rim of its base, and its lowest point.
+const OBJECT_TABLE: usize = 4;
+/// Sine of the object's tilt below which the base's fixed points support it alone.
+const LEVEL: f64 = 0.002;
 
 /// Number of the first candidate between robot and object: the palm, followed by the fingertips.
 pub(super) const FIRST_TOUCH: usize = OBJECT_TABLE + KNOBS;
@@ -46,7 +48,7 @@ pub(super) struct Contact<S: Simd> {
 pub(super) struct Movement<'a, S: Simd> {
     /// Poses of the robot's links.
     pub(super) poses: &'a [Pose<S>; JOINTS],
-    /// Their velocities.
+    /// Their velocities at the end of the step, contacts aside.
     pub(super) velocities: &'a [Motion<S>; JOINTS],
     pub(super) object: &'a Object<S>,
     /// Length of a step, s.
@@ -99,17 +101,23 @@ fn object_on_table<S: Simd>(simd: S, movement: &Movement<'_, S>, found: &mut Vec
     if !low.any_true() {
         return;
     }
-    let rim = (scene::OBJECT_RADIUS * scene::OBJECT_RADIUS - scene::OBJECT_BASE * scene::OBJECT_BASE).sqrt();
+    let base = scene::OBJECT_BASE;
+    let rim = (scene::OBJECT_RADIUS * scene::OBJECT_RADIUS - base * base).sqrt();
     let rotation = object.rotation();
-    // The lowest point of the ball belongs to the object unless the base was cut there.
-    let round = rotation.z.z.simd_lt(scene::OBJECT_BASE / scene::OBJECT_RADIUS);
-    let corner = |x: f64, y: f64| Vector3::new(x, y, -scene::OBJECT_BASE);
+    let [x, y] = [rotation.x.scale(rim), rotation.y.scale(rim)];
+    let middle = object.centre - rotation.z.scale(base);
+    let (half, height) = (0.5, 0.75_f64.sqrt());
+    // The ball's lowest point belongs to the object unless the base was cut there; then it is the lowest on the rim.
+    let round = rotation.z.z.simd_lt(base / scene::OBJECT_RADIUS);
+    let uphill = up(simd) - rotation.z * rotation.z.z;
+    let tilt = uphill.norm();
+    let lowest = middle - uphill * (splat(simd, rim) / max(simd, tilt, splat(simd, LEVEL)));
+    let lowest = select(round, bottom, lowest);
     let points = [
-        (object.centre + rotation.turn(&corner(rim, 0.0)), low),
-        (object.centre + rotation.turn(&corner(0.0, rim)), low),
-        (object.centre + rotation.turn(&corner(-rim, 0.0)), low),
-        (object.centre + rotation.turn(&corner(0.0, -rim)), low),
-        (bottom, round),
+        (middle + x, low),
+        (middle - x.scale(half) + y.scale(height), low),
+        (middle - x.scale(half) - y.scale(height), low),
+        (lowest, round | tilt.simd_gt(LEVEL)),
     ];
     for (candidate, (point, allowed)) in points.into_iter().enumerate() {
         let gap = point.z - scene::TABLE;
@@ -214,17 +222,16 @@ fn ball_and_palm<S: Simd>(simd: S, shapes: &Shapes, hand: &Pose<S>, centre: Vec3
     (distance - scene::OBJECT_RADIUS, normal)
 }
 
+/// `a` in the lanes where the mask holds, `b` elsewhere.
+#[inline(always)]
+fn select<S: Simd>(mask: Mask<S>, a: Vec3<S>, b: Vec3<S>) -> Vec3<S> {
+    vec3(mask.select(a.x, b.x), mask.select(a.y, b.y), mask.select(a.z, b.z))
+}
+
 /// Length and direction of a vector; `otherwise` where it has none.
 #[inline(always)]
 fn direction<S: Simd>(simd: S, v: Vec3<S>, otherwise: Vec3<S>) -> (Real<S>, Vec3<S>) {
     let length = v.norm();
     let scale = reciprocal(simd, max(simd, length, splat(simd, 1e-9)));
-    let short = length.simd_lt(1e-9);
-    let unit = v * scale;
-    let direction = vec3(
-        short.select(otherwise.x, unit.x),
-        short.select(otherwise.y, unit.y),
-        short.select(otherwise.z, unit.z),
-    );
-    (length, direction)
+    (length, select(length.simd_lt(1e-9), otherwise, v * scale))
 }

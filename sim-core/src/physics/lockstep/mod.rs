@@ -3,6 +3,7 @@
 //! A step: where the links are ([`kinematics`]), how they would move without contacts ([`dynamics`]), which contacts
 //! are close ([`contact`]), the impulses that resolve them ([`solver`]), and the new positions (semi-implicit Euler).
 
+mod block;
 mod contact;
 mod dynamics;
 mod kinematics;
@@ -15,12 +16,13 @@ mod tree;
 use fearless_simd::{Level, Simd, dispatch};
 use nalgebra::Vector3;
 
+use self::block::Bodies;
 use self::contact::{CANDIDATES, Contact, FIRST_TOUCH, Movement};
 use self::dynamics::{Factor, Joints};
 use self::kinematics::Pose;
 use self::lanes::{Real, lanes, splat};
 use self::object::Object;
-use self::solver::{Bodies, Settings, Solver};
+use self::solver::{Settings, Solver};
 use self::spatial::{Rotation, Vec3};
 use self::tree::Tree;
 use super::{Engine, Observation, Placement, TOUCH_SENSORS};
@@ -124,6 +126,7 @@ impl<S: Simd> Lockstep<S> {
         let step = self.settings.step;
         let mut whitened = [splat(simd, 0.0); JOINTS];
         dynamics::smooth(simd, &self.tree, &self.poses, &self.joints, step, &mut self.factor, &mut whitened);
+        dynamics::recover(simd, &self.tree, &mut self.factor, &whitened, &mut self.joints.velocities);
         self.object.velocity.z -= scene::GRAVITY * step;
         let Self { tree, poses, factor, object, contacts, solver, settings, .. } = self;
         let movement = Movement { poses, velocities: &factor.velocities, object, step };
@@ -193,7 +196,7 @@ impl<S: Simd> Engine for Lockstep<S> {
         };
         let mut touch = [false; TOUCH_SENSORS];
         for (candidate, touch) in (FIRST_TOUCH..).zip(&mut touch) {
-            *touch = self.solver.pressure(candidate)[lane] > 0.0;
+            *touch = self.solver.impulse(candidate).normal[lane] > 0.0;
         }
         simd.vectorize(
             #[inline(always)]
