@@ -88,7 +88,7 @@ fn states_digest(instructions: Instructions) -> String {
 }
 
 /// Digests of outcomes, signals and states. They change only with the simulator, and then its users' histories do.
-const GOLDEN: [&str; 3] = ["e387a1ba31e677a1", "8b0369d85a312eb7", "58a55fb8726de426"];
+const GOLDEN: [&str; 3] = ["786192c96c89d38c", "757d78033706a81b", "db8f682ebd5bbcee"];
 
 #[test]
 fn all_instruction_sets_give_the_golden_digests() {

@@ -5,7 +5,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 use super::contact::Contact;
 use super::dynamics::Factor;
 use super::lanes::{Mask, Real, max, min, reciprocal, splat};
-use super::object::Object;
+use super::object::{Object, Twist};
 use super::spatial::{Force, Vec3, vec3};
 use super::tree::{Chain, MAX_FINGER, Tree};
 use crate::robot::{JOINTS, joint};
@@ -25,6 +25,42 @@ pub(super) struct Bodies<'a, S: Simd> {
     pub(super) tree: &'a Tree,
     pub(super) factor: &'a Factor<S>,
     pub(super) object: &'a Object<S>,
+}
+
+/// The velocities that impulses change.
+#[derive(Clone, Copy)]
+pub(super) struct Velocities<S: Simd> {
+    /// The robot's whitened joint velocities; see [`super::dynamics`].
+    pub(super) robot: [Real<S>; JOINTS],
+    pub(super) object: Twist<S>,
+}
+
+impl<S: Simd> Velocities<S> {
+    #[inline(always)]
+    pub(super) fn zero(simd: S) -> Self {
+        Self { robot: [splat(simd, 0.0); JOINTS], object: Twist::zero(simd) }
+    }
+
+    /// Moves on along the conjugate direction, times `factor`, and finds the next direction, given the velocities
+    /// before the last sweep.
+    #[inline(always)]
+    pub(super) fn move_on(&mut self, factor: Real<S>, conjugate: &mut Self, before: &Self) {
+        for ((velocity, conjugate), before) in
+            self.robot.iter_mut().zip(&mut conjugate.robot).zip(&before.robot)
+        {
+            let (change, step) = (*velocity - *before, *conjugate * factor);
+            *velocity += step;
+            *conjugate = step + change;
+        }
+        for (velocity, conjugate, before) in [
+            (&mut self.object.linear, &mut conjugate.object.linear, before.object.linear),
+            (&mut self.object.angular, &mut conjugate.object.angular, before.object.angular),
+        ] {
+            let (change, step) = (*velocity - before, *conjugate * factor);
+            *velocity += step;
+            *conjugate = step + change;
+        }
+    }
 }
 
 /// An impulse between two surfaces, N s.
@@ -188,8 +224,8 @@ impl<S: Simd> Block<S> {
 
     /// Applies the impulses of the last step.
     #[inline(always)]
-    pub(super) fn begin(&self, whitened: &mut [Real<S>; JOINTS], object: &mut Object<S>) {
-        self.apply(self.impulse, whitened, object);
+    pub(super) fn begin(&self, velocities: &mut Velocities<S>) {
+        self.apply(self.impulse, velocities);
     }
 
     /// The impulse as it stands.
@@ -206,12 +242,11 @@ impl<S: Simd> Block<S> {
         simd: S,
         friction: f64,
         moving: Mask<S>,
-        whitened: &mut [Real<S>; JOINTS],
-        object: &mut Object<S>,
+        velocities: &mut Velocities<S>,
     ) -> Real<S> {
         let zero = splat(simd, 0.0);
         let active = self.close & moving;
-        let [vn, vs, vt] = self.velocity(simd, whitened, object);
+        let [vn, vs, vt] = self.velocity(simd, velocities);
         let [n, s, t] = self.impulse;
         // Friction at its limit grows with the normal impulse. Where it lifts the contact, it does a part of the work.
         let lift = max(simd, self.coupling[0] * s + self.coupling[1] * t, zero) * self.normal_inverse;
@@ -229,43 +264,36 @@ impl<S: Simd> Block<S> {
         let dt = active.select(drift * scale - t, zero);
         self.impulse = [n + dn, s + ds, t + dt];
         self.change = [dn, ds, dt];
-        self.apply([dn, ds, dt], whitened, object);
+        self.apply([dn, ds, dt], velocities);
         dn * dn + ds * ds + dt * dt
     }
 
-    /// Moves the impulses on along the conjugate direction, times `factor`, and finds the next direction.
+    /// Moves the impulses on along the conjugate direction, times `factor`, and finds the next direction. What that
+    /// does to the velocities is the same for all blocks together: [`Velocities::move_on`].
     #[inline(always)]
-    pub(super) fn move_on(
-        &mut self,
-        factor: Real<S>,
-        whitened: &mut [Real<S>; JOINTS],
-        object: &mut Object<S>,
-    ) {
-        let mut step = self.conjugate;
-        for ((step, conjugate), (impulse, change)) in
-            step.iter_mut().zip(&mut self.conjugate).zip(self.impulse.iter_mut().zip(&self.change))
-        {
-            *step *= factor;
-            *impulse += *step;
-            *conjugate = *step + *change;
+    pub(super) fn move_on(&mut self, factor: Real<S>) {
+        let parts = self.impulse.iter_mut().zip(&mut self.conjugate).zip(&self.change);
+        for ((impulse, conjugate), change) in parts {
+            let step = *conjugate * factor;
+            *impulse += step;
+            *conjugate = step + *change;
         }
-        self.apply(step, whitened, object);
     }
 
     /// Velocity of the surfaces relative to each other, along the directions.
     #[inline(always)]
-    fn velocity(&self, simd: S, whitened: &[Real<S>; JOINTS], object: &Object<S>) -> [Real<S>; 3] {
+    fn velocity(&self, simd: S, velocities: &Velocities<S>) -> [Real<S>; 3] {
         let mut sum = [splat(simd, 0.0); 3];
         if let Some(chain) = &self.chain {
-            for (entry, w) in self.carrier.iter().zip(&whitened[chain.carrier()]) {
+            for (entry, w) in self.carrier.iter().zip(&velocities.robot[chain.carrier()]) {
                 add_multiple::<S>(&mut sum, entry, *w);
             }
-            for (entry, w) in self.finger.iter().zip(whitened[chain.finger()].iter().rev()) {
+            for (entry, w) in self.finger.iter().zip(velocities.robot[chain.finger()].iter().rev()) {
                 add_multiple::<S>(&mut sum, entry, *w);
             }
         }
         if let Some(side) = self.object {
-            let velocity = object.velocity_at(self.arm).scale(side.sign());
+            let velocity = velocities.object.at(self.arm).scale(side.sign());
             for (sum, direction) in sum.iter_mut().zip(&self.directions) {
                 *sum += direction.dot(velocity);
             }
@@ -274,18 +302,18 @@ impl<S: Simd> Block<S> {
     }
 
     #[inline(always)]
-    fn apply(&self, [a, b, c]: [Real<S>; 3], whitened: &mut [Real<S>; JOINTS], object: &mut Object<S>) {
+    fn apply(&self, [a, b, c]: [Real<S>; 3], velocities: &mut Velocities<S>) {
         if let Some(chain) = &self.chain {
-            for (entry, w) in self.carrier.iter().zip(&mut whitened[chain.carrier()]) {
+            for (entry, w) in self.carrier.iter().zip(&mut velocities.robot[chain.carrier()]) {
                 *w += entry[0] * a + entry[1] * b + entry[2] * c;
             }
-            for (entry, w) in self.finger.iter().zip(whitened[chain.finger()].iter_mut().rev()) {
+            for (entry, w) in self.finger.iter().zip(velocities.robot[chain.finger()].iter_mut().rev()) {
                 *w += entry[0] * a + entry[1] * b + entry[2] * c;
             }
         }
         if let Some(side) = self.object {
             let [n, s, t] = self.directions;
-            object.push(self.arm, (n * a + s * b + t * c).scale(side.sign()));
+            velocities.object.push(self.arm, (n * a + s * b + t * c).scale(side.sign()));
         }
     }
 }

@@ -97,7 +97,7 @@ fn up<S: Simd>(simd: S) -> Vec3<S> {
 fn object_on_table<S: Simd>(simd: S, movement: &Movement<'_, S>, found: &mut Vec<Contact<S>>) {
     let object = movement.object;
     let bottom = object.centre - up(simd).scale(scene::OBJECT_RADIUS);
-    let low = movement.closes(simd, bottom.z - scene::TABLE, object.velocity.z);
+    let low = movement.closes(simd, bottom.z - scene::TABLE, object.twist.linear.z);
     if !low.any_true() {
         return;
     }
@@ -121,7 +121,7 @@ fn object_on_table<S: Simd>(simd: S, movement: &Movement<'_, S>, found: &mut Vec
     ];
     for (candidate, (point, allowed)) in points.into_iter().enumerate() {
         let gap = point.z - scene::TABLE;
-        let speed = object.velocity_at(point - object.centre).z;
+        let speed = object.twist.at(point - object.centre).z;
         let close = movement.closes(simd, gap, speed) & allowed;
         if close.any_true() {
             let normal = up(simd);
@@ -177,7 +177,7 @@ fn press<S: Simd>(
     let object = movement.object;
     let arm = normal.scale(scene::OBJECT_RADIUS);
     let point = object.centre + arm;
-    let speed = normal.dot(movement.velocity(link, point) - object.velocity_at(arm));
+    let speed = normal.dot(movement.velocity(link, point) - object.twist.at(arm));
     let close = movement.closes(simd, gap, speed);
     if close.any_true() {
         found.push(Contact { candidate, close, gap, normal, point, link: Some(link), on_object: true });

@@ -16,7 +16,7 @@ mod tree;
 use fearless_simd::{Level, Simd, dispatch};
 use nalgebra::Vector3;
 
-use self::block::Bodies;
+use self::block::{Bodies, Velocities};
 use self::contact::{CANDIDATES, Contact, FIRST_TOUCH, Movement};
 use self::dynamics::{Factor, Joints};
 use self::kinematics::Pose;
@@ -127,13 +127,15 @@ impl<S: Simd> Lockstep<S> {
         let mut whitened = [splat(simd, 0.0); JOINTS];
         dynamics::smooth(simd, &self.tree, &self.poses, &self.joints, step, &mut self.factor, &mut whitened);
         dynamics::recover(simd, &self.tree, &mut self.factor, &whitened, &mut self.joints.velocities);
-        self.object.velocity.z -= scene::GRAVITY * step;
+        self.object.twist.linear.z -= scene::GRAVITY * step;
         let Self { tree, poses, factor, object, contacts, solver, settings, .. } = self;
         let movement = Movement { poses, velocities: &factor.velocities, object, step };
         contact::find(simd, &tree.shapes, &movement, contacts);
         solver.prepare(simd, &Bodies { tree, factor, object }, contacts, settings);
-        solver.solve(simd, settings, &mut whitened, object);
-        dynamics::recover(simd, &self.tree, &mut self.factor, &whitened, &mut self.joints.velocities);
+        let mut velocities = Velocities { robot: whitened, object: object.twist };
+        solver.solve(simd, settings, &mut velocities);
+        object.twist = velocities.object;
+        dynamics::recover(simd, tree, factor, &velocities.robot, &mut self.joints.velocities);
         self.drift();
         kinematics::forward(simd, &self.tree, &self.joints.angles, &mut self.poses);
     }
@@ -166,8 +168,8 @@ impl<S: Simd> Engine for Lockstep<S> {
         }
         self.command(lane, &placement.targets);
         set(&mut self.object.centre, lane, placement.object);
-        set(&mut self.object.velocity, lane, zero);
-        set(&mut self.object.spin, lane, zero);
+        set(&mut self.object.twist.linear, lane, zero);
+        set(&mut self.object.twist.angular, lane, zero);
         for (part, value) in self.object.orientation.iter_mut().zip(placement.orientation) {
             part[lane] = value;
         }

@@ -6,24 +6,45 @@ use super::lanes::{Real, reciprocal, splat};
 use super::spatial::{Rotation, Vec3, vec3};
 use crate::scene;
 
-/// State of the object: centre, orientation (w, x, y, z), velocity and angular velocity.
+/// State of the object: centre, orientation (w, x, y, z) and velocities.
 #[derive(Clone, Copy)]
 pub(super) struct Object<S: Simd> {
     pub(super) centre: Vec3<S>,
     pub(super) orientation: [Real<S>; 4],
-    pub(super) velocity: Vec3<S>,
-    pub(super) spin: Vec3<S>,
+    pub(super) twist: Twist<S>,
+}
+
+/// The object's velocities: its centre's, and the angular one.
+#[derive(Clone, Copy)]
+pub(super) struct Twist<S: Simd> {
+    pub(super) linear: Vec3<S>,
+    pub(super) angular: Vec3<S>,
+}
+
+impl<S: Simd> Twist<S> {
+    #[inline(always)]
+    pub(super) fn zero(simd: S) -> Self {
+        Self { linear: Vec3::zero(simd), angular: Vec3::zero(simd) }
+    }
+
+    /// Velocity of the point of the object at `lever` from its centre.
+    #[inline(always)]
+    pub(super) fn at(&self, lever: Vec3<S>) -> Vec3<S> {
+        self.linear + self.angular.cross(lever)
+    }
+
+    /// Takes an impulse that acts at `lever` from the centre.
+    #[inline(always)]
+    pub(super) fn push(&mut self, lever: Vec3<S>, impulse: Vec3<S>) {
+        self.linear += impulse.scale(1.0 / scene::OBJECT_MASS);
+        self.angular += lever.cross(impulse).scale(1.0 / scene::OBJECT_INERTIA);
+    }
 }
 
 impl<S: Simd> Object<S> {
     pub(super) fn new(simd: S) -> Self {
         let (zero, one) = (splat(simd, 0.0), splat(simd, 1.0));
-        Self {
-            centre: Vec3::zero(simd),
-            orientation: [one, zero, zero, zero],
-            velocity: Vec3::zero(simd),
-            spin: Vec3::zero(simd),
-        }
+        Self { centre: Vec3::zero(simd), orientation: [one, zero, zero, zero], twist: Twist::zero(simd) }
     }
 
     #[inline(always)]
@@ -40,24 +61,12 @@ impl<S: Simd> Object<S> {
         }
     }
 
-    /// Velocity of the point of the object at `lever` from its centre.
-    #[inline(always)]
-    pub(super) fn velocity_at(&self, lever: Vec3<S>) -> Vec3<S> {
-        self.velocity + self.spin.cross(lever)
-    }
-
-    #[inline(always)]
-    pub(super) fn push(&mut self, lever: Vec3<S>, impulse: Vec3<S>) {
-        self.velocity += impulse.scale(1.0 / scene::OBJECT_MASS);
-        self.spin += lever.cross(impulse).scale(1.0 / scene::OBJECT_INERTIA);
-    }
-
     /// Moves on with the present velocities.
     #[inline(always)]
     pub(super) fn drift(&mut self, simd: S, step: f64) {
-        self.centre += self.velocity.scale(step);
+        self.centre += self.twist.linear.scale(step);
         let [w, x, y, z] = self.orientation;
-        let half = self.spin.scale(0.5 * step);
+        let half = self.twist.angular.scale(0.5 * step);
         let moved = [
             w - (half.x * x + half.y * y + half.z * z),
             x + (half.x * w + half.y * z - half.z * y),

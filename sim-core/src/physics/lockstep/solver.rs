@@ -9,11 +9,9 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdMask};
 
-use super::block::{Block, Bodies, Impulse};
+use super::block::{Block, Bodies, Impulse, Velocities};
 use super::contact::{CANDIDATES, Contact};
 use super::lanes::{Mask, Real, max, splat};
-use super::object::Object;
-use crate::robot::JOINTS;
 
 /// A lane whose impulses change by less than this in a sweep is done, in N s: 1/600 of what carries the object for a
 /// step.
@@ -81,26 +79,22 @@ impl<S: Simd> Solver<S> {
         );
     }
 
-    /// Finds the impulses, applies them to the robot's whitened velocities and the object's, and keeps them.
-    pub(super) fn solve(
-        &mut self,
-        simd: S,
-        settings: &Settings,
-        whitened: &mut [Real<S>; JOINTS],
-        object: &mut Object<S>,
-    ) {
+    /// Finds the impulses, applies them to the velocities, and keeps them.
+    pub(super) fn solve(&mut self, simd: S, settings: &Settings, velocities: &mut Velocities<S>) {
         simd.vectorize(
             #[inline(always)]
             || {
                 let blocks = &mut self.blocks[..self.used];
                 for block in &*blocks {
-                    block.begin(whitened, object);
+                    block.begin(velocities);
                 }
                 // The lanes that go on. One that is done keeps its impulses, whatever the others still need.
                 let mut moving = splat(simd, 0.0).simd_eq(0.0);
                 let mut gradient = splat(simd, 0.0);
+                let mut conjugate = Velocities::zero(simd);
                 for sweep in 1..=settings.sweeps {
-                    let changes = sweep_all(simd, blocks, settings.friction, moving, whitened, object);
+                    let before = *velocities;
+                    let changes = sweep_all(simd, blocks, settings.friction, moving, velocities);
                     moving &= changes.largest.simd_gt(CONVERGED * CONVERGED);
                     // The last sweep is not followed by a move, so that the impulses are within their cones.
                     if sweep == settings.sweeps || !moving.any_true() {
@@ -111,8 +105,9 @@ impl<S: Simd> Solver<S> {
                     let factor = shrinks.select(changes.sum / gradient, splat(simd, 0.0));
                     gradient = changes.sum;
                     for block in &mut *blocks {
-                        block.move_on(factor, whitened, object);
+                        block.move_on(factor);
                     }
+                    velocities.move_on(factor, &mut conjugate, &before);
                 }
                 let mut blocks = blocks.iter().peekable();
                 for (candidate, last) in self.last.iter_mut().enumerate() {
@@ -140,12 +135,11 @@ fn sweep_all<S: Simd>(
     blocks: &mut [Block<S>],
     friction: f64,
     moving: Mask<S>,
-    whitened: &mut [Real<S>; JOINTS],
-    object: &mut Object<S>,
+    velocities: &mut Velocities<S>,
 ) -> Changes<S> {
     let mut changes = Changes { largest: splat(simd, 0.0), sum: splat(simd, 0.0) };
     for block in blocks {
-        let change = block.sweep(simd, friction, moving, whitened, object);
+        let change = block.sweep(simd, friction, moving, velocities);
         changes.largest = max(simd, changes.largest, change);
         changes.sum += change;
     }

@@ -19,13 +19,17 @@ fn lockstep<S: Simd>(simd: S) -> Lockstep<S> {
 fn flight<S: Simd>(simd: S, velocity: [f64; 3], spin: [f64; 3]) -> [Vec<f64>; 3] {
     let mut engine = lockstep(simd);
     set(&mut engine.object.centre, LANE, [-1.0, 0.0, 50.0]);
-    set(&mut engine.object.velocity, LANE, velocity);
-    set(&mut engine.object.spin, LANE, spin);
+    set(&mut engine.object.twist.linear, LANE, velocity);
+    set(&mut engine.object.twist.angular, LANE, spin);
     for _ in 0..10 {
         engine.advance();
     }
     let orientation = engine.object.orientation.map(|part| part[LANE]).to_vec();
-    [get(&engine.object.velocity, LANE).to_vec(), get(&engine.object.spin, LANE).to_vec(), orientation]
+    [
+        get(&engine.object.twist.linear, LANE).to_vec(),
+        get(&engine.object.twist.angular, LANE).to_vec(),
+        orientation,
+    ]
 }
 
 /// The largest excess of a contact's friction over its cone, and the smallest normal impulse, N s, while a hand
