@@ -1,4 +1,4 @@
-//! The same bits whatever the instruction set, the lane and the neighbours.
+//! The same bits whatever the engine's instruction set, the lane, the neighbours and what a lane ran before.
 
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -8,6 +8,7 @@ use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use selftalk_sim::behaviours::Starts;
+use selftalk_sim::experiment::Engine as Kind;
 use selftalk_sim::physics::{Instructions, engine};
 use selftalk_sim::robot::{JOINTS, RobotModel};
 use selftalk_sim::{Behaviour, Draw, Experiment, Genotype, Job, Simulator, TrialOutcome};
@@ -24,10 +25,20 @@ fn hex(hash: Sha256) -> String {
     hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
 }
 
-fn outcomes_digest(instructions: Instructions) -> String {
-    let simulator = Simulator::with_instructions(&Experiment::default(), instructions).unwrap();
+/// An experiment in the other engine, with trials of some control steps, as that engine is slow.
+fn brief(steps: u32) -> Experiment {
+    let mut experiment = Experiment { engine: Kind::Rapier, ..Experiment::default() };
+    let Experiment { reach, open, grasp, transport, .. } = &mut experiment;
+    for length in [&mut reach.steps, &mut open.steps, &mut grasp.steps, &mut transport.steps] {
+        *length = steps;
+    }
+    experiment
+}
+
+fn outcomes_digest(experiment: &Experiment, instructions: Instructions, genotypes: u64) -> String {
+    let simulator = Simulator::with_instructions(experiment, instructions).unwrap();
     let mut hash = Sha256::new();
-    for seed in 0..4 {
+    for seed in 0..genotypes {
         for outcome in simulator.evaluate(&genotype(&simulator, seed), DRAW, 0..16).unwrap() {
             hash.update(outcome.score.to_bits().to_le_bytes());
             hash.update([u8::from(outcome.success)]);
@@ -38,8 +49,8 @@ fn outcomes_digest(instructions: Instructions) -> String {
 }
 
 /// All signals of a trial of each behaviour.
-fn signals_digest(instructions: Instructions) -> String {
-    let simulator = Simulator::with_instructions(&Experiment::default(), instructions).unwrap();
+fn signals_digest(experiment: &Experiment, instructions: Instructions) -> String {
+    let simulator = Simulator::with_instructions(experiment, instructions).unwrap();
     let mut hash = Sha256::new();
     for trial in [0, 5, 10, 15] {
         for frame in simulator.trace(&genotype(&simulator, 7), DRAW, trial).unwrap().frames {
@@ -62,9 +73,9 @@ fn signals_digest(instructions: Instructions) -> String {
 }
 
 /// The shipped grasps under commands that wave the arm and clench the hand: rich in contacts.
-fn states_digest(instructions: Instructions) -> String {
+fn states_digest(experiment: &Experiment, instructions: Instructions, steps: u32) -> String {
     let robot = RobotModel::icub().unwrap();
-    let mut engine = engine(&robot, &Experiment::default(), instructions).unwrap();
+    let mut engine = engine(&robot, experiment, instructions).unwrap();
     let starts = Starts::shipped().unwrap();
     let mut hash = Sha256::new();
     for behaviour in Behaviour::ALL {
@@ -72,7 +83,7 @@ fn states_digest(instructions: Instructions) -> String {
             let lane = i % engine.lanes();
             engine.place(lane, &start.placement([-0.3, -0.1]));
             let mut stream = ChaCha8Rng::seed_from_u64(i as u64);
-            for _ in 0..10 {
+            for _ in 0..steps {
                 let targets: [f64; JOINTS] =
                     std::array::from_fn(|i| robot.joints[i].angle(stream.random::<f64>()));
                 engine.command(lane, &targets);
@@ -92,10 +103,40 @@ const GOLDEN: [&str; 3] = ["786192c96c89d38c", "757d78033706a81b", "db8f682ebd5b
 
 #[test]
 fn all_instruction_sets_give_the_golden_digests() {
+    let experiment = Experiment::default();
     for instructions in [Instructions::Best, Instructions::Avx2, Instructions::Baseline] {
-        let digests =
-            [outcomes_digest(instructions), signals_digest(instructions), states_digest(instructions)];
+        let digests = [
+            outcomes_digest(&experiment, instructions, 4),
+            signals_digest(&experiment, instructions),
+            states_digest(&experiment, instructions, 10),
+        ];
         assert_eq!(digests, GOLDEN, "{instructions:?}");
+    }
+}
+
+/// The same of the rapier engine.
+const GOLDEN_RAPIER: [&str; 3] = ["38d3faa488b31772", "77a35b99060eed8a", "d6122f01a2a67994"];
+
+#[test]
+fn the_rapier_engine_gives_the_golden_digests() {
+    let experiment = brief(8);
+    let digests = [
+        outcomes_digest(&experiment, Instructions::Best, 1),
+        signals_digest(&experiment, Instructions::Best),
+        states_digest(&experiment, Instructions::Best, 4),
+    ];
+    assert_eq!(digests, GOLDEN_RAPIER);
+}
+
+#[test]
+fn a_trial_in_the_rapier_engine_does_not_depend_on_those_before_it() {
+    let simulator = Simulator::new(&brief(3)).unwrap();
+    let genotype = genotype(&simulator, 5);
+    let together = simulator.evaluate(&genotype, DRAW, 6..16).unwrap();
+    for (trial, outcome) in (6..).zip(together) {
+        let alone = simulator.evaluate(&genotype, DRAW, trial..trial + 1).unwrap();
+        assert_eq!(alone[0].score.to_bits(), outcome.score.to_bits(), "{trial}");
+        assert_eq!(alone[0], outcome);
     }
 }
 

@@ -6,7 +6,7 @@
 // Helpers of tests are test code as well, though the compiler cannot know it.
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
-use selftalk_tests::{GOLDEN, Place, Running, free_port};
+use selftalk_tests::{GOLDEN, Place, Running, free_port, wait_until};
 
 /// A master that waits for workers, and its address.
 fn serve(place: &Place) -> (Running, String) {
@@ -120,4 +120,24 @@ fn a_master_killed_half_way_and_restarted_for_the_same_workers() {
         true
     });
     assert_eq!(place.digests(), GOLDEN);
+}
+
+/// The slow engine, with all that is small made smaller.
+const IN_RAPIER: &str = "--set engine=rapier --set replications=1 --set generations=3 --set evolution.population=2 \
+    --set evolution.parents=1 --set evolution.offspring=2 --set reach.steps=3 --set open.steps=3 --set grasp.steps=3 \
+    --set move.steps=3";
+
+#[test]
+fn another_engine_killed_and_resumed() {
+    let place = Place::disturbed(|place| {
+        let master = place.start(&format!("run small.toml {IN_RAPIER} --workers 2"));
+        wait_until("a generation", || (place.generations() >= 1).then_some(()));
+        master.kill() && place.generations() < 3
+    });
+    place.run("resume small --workers 1").done();
+    assert_eq!(place.generations(), 3);
+    let resumed = place.digests();
+    let place = Place::new();
+    place.run(&format!("run small.toml {IN_RAPIER} --workers 2")).done();
+    assert_eq!(place.digests(), resumed);
 }

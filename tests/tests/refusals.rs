@@ -24,7 +24,7 @@ fn bad_experiment_files_name_the_key_and_what_is_possible() {
         ("name = \"two words\"", &["name", "letters"]),
         ("seed = 1\nname = ", &["line 2"]),
         ("seed = 1\nseed = 2", &["line 2"]),
-        ("engine = \"unreal\"", &["engine", "`lockstep`"]),
+        ("engine = \"unreal\"", &["engine", "`lockstep`", "`rapier`"]),
     ];
     for (text, words) in cases {
         place.write("bad.toml", text);

@@ -204,6 +204,16 @@ mod tests {
     }
 
     #[test]
+    fn every_engine_reads_back_by_its_name() {
+        for engine in Engine::ALL {
+            let overrides = [format!("engine={}", engine.name())];
+            let experiment = Experiment::from_toml("x.toml", "", &overrides).unwrap();
+            assert_eq!(experiment, Experiment { engine, ..Experiment::default() });
+            assert_eq!(Experiment::from_toml("x.toml", &experiment.to_toml(), &[]), Ok(experiment));
+        }
+    }
+
+    #[test]
     fn unknown_keys_are_named() {
         let message = refused("[evolution]\nparent = 3\n", &[]);
         assert!(message.contains("evolution.parent"), "{message}");

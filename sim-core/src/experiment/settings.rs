@@ -11,6 +11,22 @@ pub enum Engine {
     /// Trials side by side in vector lanes, written for this robot.
     #[default]
     Lockstep,
+    /// One trial at a time in rapier, a general engine of rigid bodies: slow, the reference.
+    Rapier,
+}
+
+impl Engine {
+    /// All engines.
+    pub const ALL: [Self; 2] = [Self::Lockstep, Self::Rapier];
+
+    /// The name in the experiment file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lockstep => "lockstep",
+            Self::Rapier => "rapier",
+        }
+    }
 }
 
 /// Selection and variation (paper, section II.C).

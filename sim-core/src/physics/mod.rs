@@ -1,11 +1,19 @@
 //! The physics engines and what they have in common.
 
 mod lockstep;
+mod rapier;
 
 use crate::experiment;
 use crate::robot::{JOINTS, RobotError, RobotModel};
 
 pub use lockstep::Instructions;
+
+/// Length of a control step in seconds (paper, section II.B).
+const CONTROL_STEP: f64 = 0.05;
+/// Stiffness of a joint's stop as a multiple of its servo's.
+const STOP_STIFFNESS: f64 = 100.0;
+/// Ratio of a stop's damping to its stiffness, in seconds.
+const STOP_DAMPING: f64 = 0.02;
 
 /// Touch sensors: the palm, then the tips of thumb, index, middle, ring and little finger (paper, section II.B).
 pub const TOUCH_SENSORS: usize = 6;
@@ -86,5 +94,6 @@ pub fn engine(
 ) -> Result<Box<dyn Engine>, RobotError> {
     match experiment.engine {
         experiment::Engine::Lockstep => lockstep::engine(robot, &experiment.physics, instructions),
+        experiment::Engine::Rapier => rapier::engine(robot, &experiment.physics),
     }
 }

@@ -12,12 +12,8 @@ use super::kinematics::Pose;
 use super::lanes::{Real, reciprocal, splat};
 use super::spatial::{ArticulatedInertia, Force, Motion, RigidInertia, Symmetric};
 use super::tree::{Mass, Servo, Tree};
+use crate::physics::{STOP_DAMPING, STOP_STIFFNESS};
 use crate::robot::JOINTS;
-
-/// Stiffness of a joint's stop as a multiple of its servo's.
-const STOP_STIFFNESS: f64 = 100.0;
-/// Ratio of a stop's damping to its stiffness, in seconds.
-const STOP_DAMPING: f64 = 0.02;
 
 /// The factor of A, link by link.
 pub(super) struct Factor<S: Simd> {

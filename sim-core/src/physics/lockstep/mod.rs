@@ -25,7 +25,7 @@ use self::object::Object;
 use self::solver::{Settings, Solver};
 use self::spatial::{Rotation, Vec3};
 use self::tree::Tree;
-use super::{Engine, Observation, Placement, TOUCH_SENSORS};
+use super::{CONTROL_STEP, Engine, Observation, Placement, TOUCH_SENSORS};
 use crate::experiment::Physics;
 use crate::robot::{JOINTS, RobotError, RobotModel, joint};
 use crate::scene;
@@ -41,9 +41,6 @@ pub enum Instructions {
     /// What every machine has.
     Baseline,
 }
-
-/// Length of a control step in seconds (paper, section II.B).
-pub(crate) const CONTROL_STEP: f64 = 0.05;
 
 pub(super) fn engine(
     robot: &RobotModel,
