@@ -13,6 +13,19 @@ pub enum Engine {
     Lockstep,
 }
 
+impl Engine {
+    /// All engines.
+    pub const ALL: &[Self] = &[Self::Lockstep];
+
+    /// The name that an experiment file has for it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Lockstep => "lockstep",
+        }
+    }
+}
+
 /// Selection and variation (paper, section II.C).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
