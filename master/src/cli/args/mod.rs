@@ -5,6 +5,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+mod individuals;
+
+pub use individuals::{EvaluateArgs, Fresh, ShowArgs, TransferArgs, Which};
+
 const EXIT_CODES: &str = "\
 Exit codes:
     0  done
@@ -14,6 +18,7 @@ Exit codes:
     4  the database cannot be opened, read or written
     5  the port is taken, the master cannot be reached, or it refuses the worker
     6  the experiment exists: interrupted, or with other settings
+    7  what is stored is not what comes out when it is run again
   130  ended by Ctrl-C, 143 by SIGTERM: the generation under way is dropped, all before it are kept
 
 Data goes to stdout, everything else to stderr; a failure is one line, `error: ...`.";
@@ -79,6 +84,12 @@ pub enum Command {
     Resume(ResumeArgs),
     /// Ask the database what happened
     History(HistoryArgs),
+    /// Show individuals, their trials, and what went wrong in those that failed
+    Show(ShowArgs),
+    /// Run individuals in fresh trials, which no evolution has used
+    Evaluate(EvaluateArgs),
+    /// Run individuals in another physics engine, in the same fresh trials as in their own
+    Transfer(TransferArgs),
     /// Print a checksum of each replication's history
     Digest(DigestArgs),
 }
