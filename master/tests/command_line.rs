@@ -5,7 +5,8 @@
 
 use std::process::{Command, Output};
 
-const COMMANDS: [&str; 8] = ["run", "serve", "resume", "history", "show", "evaluate", "transfer", "digest"];
+const COMMANDS: [&str; 10] =
+    ["run", "serve", "resume", "history", "show", "evaluate", "transfer", "verify", "results", "digest"];
 
 fn selftalk(words: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_selftalk")).args(words).output().unwrap()

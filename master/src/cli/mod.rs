@@ -1,6 +1,7 @@
 //! The command line: one file a command. Data goes to stdout, progress, logs and failures to stderr.
 
 pub mod args;
+mod behaviours;
 mod choose;
 mod conduct;
 pub mod digest;
@@ -10,6 +11,7 @@ pub mod individuals;
 pub mod output;
 mod progress;
 pub mod reference;
+pub mod results;
 pub mod resume;
 pub mod run;
 pub mod select;
@@ -19,6 +21,7 @@ mod summary;
 #[cfg(test)]
 mod tests;
 pub mod transfer;
+pub mod verify;
 mod work;
 
 pub use args::{Cli, Command, Format, Global};
@@ -39,6 +42,8 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Show(args) => show::run(args, &global).await,
         Command::Evaluate(args) => evaluate::run(args, &global).await,
         Command::Transfer(args) => transfer::run(args, &global).await,
+        Command::Verify(args) => verify::run(args, &global).await,
+        Command::Results(args) => results::run(args, &global).await,
         Command::Digest(args) => digest::run(args, &global).await,
     }
 }

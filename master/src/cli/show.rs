@@ -9,8 +9,8 @@ use super::reference::Name;
 use super::work::crew;
 use super::{Format, Global, select};
 use crate::exit::{Exit, Failure};
-use crate::retest::{Course, Tally};
-use crate::store::{SqliteStore, kept_bits};
+use crate::retest::{Course, Tally, difference};
+use crate::store::SqliteStore;
 
 /// Carries out the command.
 ///
@@ -120,11 +120,8 @@ pub(super) fn trials(individuals: &[Individual]) -> Result<Table, Failure> {
                 row.extend([Cell::Empty, Cell::Empty, failure.as_str().into()]);
             } else {
                 let trace = simulator.trace(&individual.member.genotype, individual.draw(), trial)?;
-                let again = trace.outcome;
-                let same = (kept_bits(again.score), again.success, again.steps)
-                    == (kept_bits(stored.score), stored.success, stored.steps);
-                if !same {
-                    return Err(differs(individual, trial, stored.score, again.score)?);
+                if let Some(words) = difference(stored, &trace.outcome) {
+                    return Err(differs(individual, trial, &words)?);
                 }
                 let course = Course::new(experiment, behaviour, &trace);
                 row.extend([course.held().into(), course.focus().into(), course.reason().into()]);
@@ -135,9 +132,8 @@ pub(super) fn trials(individuals: &[Individual]) -> Result<Table, Failure> {
     Ok(table)
 }
 
-fn differs(individual: &Individual, trial: u32, stored: f64, again: f64) -> Result<Failure, Failure> {
+fn differs(individual: &Individual, trial: u32, words: &str) -> Result<Failure, Failure> {
     let Individual { name, fingerprint, .. } = individual;
     let why = foreign(&name.experiment, fingerprint)?.map(|words| format!("; {words}")).unwrap_or_default();
-    let message = format!("{name}: trial {trial} comes to score {again} where {stored} is stored{why}");
-    Ok(Failure::new(Exit::Mismatch, message))
+    Ok(Failure::new(Exit::Mismatch, format!("{name}: trial {trial}: {words}{why}")))
 }

@@ -8,6 +8,7 @@ mod course;
 mod tally;
 #[cfg(test)]
 mod tests;
+mod verify;
 
 use selftalk_sim::SimError;
 use thiserror::Error;
@@ -16,6 +17,7 @@ pub use batch::{Crew, Task, run};
 pub use champion::{CANDIDATES, Candidate, Champion, VALIDATION_DRAWS, champion};
 pub use course::Course;
 pub use tally::{Tally, tallies};
+pub use verify::{Mismatch, difference, examine};
 
 /// Why individuals cannot be run again.
 #[derive(Debug, Clone, PartialEq, Error)]

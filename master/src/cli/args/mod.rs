@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 mod individuals;
 
-pub use individuals::{EvaluateArgs, Fresh, ShowArgs, TransferArgs, Which};
+pub use individuals::{EvaluateArgs, Fresh, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -90,6 +90,10 @@ pub enum Command {
     Evaluate(EvaluateArgs),
     /// Run individuals in another physics engine, in the same fresh trials as in their own
     Transfer(TransferArgs),
+    /// Run stored individuals again and compare what comes out with what is stored
+    Verify(VerifyArgs),
+    /// Write what an experiment came to into a folder, small enough to be kept with the source
+    Results(ResultsArgs),
     /// Print a checksum of each replication's history
     Digest(DigestArgs),
 }
@@ -165,6 +169,7 @@ Examples:
   selftalk history individuals --best                      the best of every replication's last generation
   selftalk history individuals --replication 1 --generation 12
   selftalk history lineage --experiment quickstart --replication 0     how its last best came to be
+  selftalk history behaviours --curves                     which behaviour was learnt when
 
 `selftalk --help` lists the exit codes.")]
 pub struct HistoryArgs {
@@ -186,6 +191,8 @@ pub enum HistoryCommand {
     Individuals(IndividualFilter),
     /// An individual and its ancestors, back to the founder
     Lineage(LineageFilter),
+    /// How often the best individuals succeeded in each behaviour, over the generations
+    Behaviours(BehaviourFilter),
     /// The workers that took part
     Workers,
 }
@@ -255,6 +262,20 @@ pub struct LineageFilter {
     /// The best individual of the generation; the default
     #[arg(long)]
     pub best: bool,
+}
+
+/// How learning is shown.
+#[derive(Debug, Clone, Args)]
+pub struct BehaviourFilter {
+    /// Which replications.
+    #[command(flatten)]
+    pub of: ReplicationFilter,
+    /// Parts that the generations of a replication are divided into
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub bins: u32,
+    /// Draw a curve for each behaviour
+    #[arg(long)]
+    pub curves: bool,
 }
 
 /// Arguments of `selftalk digest`.
