@@ -121,6 +121,22 @@ fn fresh_trials_come_to_the_same_with_any_number_of_workers() {
 }
 
 #[test]
+fn failures_are_told_trial_by_trial() {
+    let place = place();
+    let lines = place.ask("evaluate best --trials 64 --why --replication 1");
+    let shares = &place.ask("evaluate best --trials 64 --replication 1")[0];
+    assert_eq!(lines.len(), 16);
+    let successes = |line: &Value| line["successes"].as_u64().unwrap();
+    assert_eq!(lines.iter().map(successes).sum::<u64>() as f64, 64.0 * shares["all"].as_f64().unwrap());
+    for (number, line) in lines.iter().enumerate() {
+        assert_eq!((&line["trial"], &line["trials"]), (&number.into(), &4.into()));
+        assert_eq!(line["reasons"] == "", successes(line) == 4, "{line}");
+    }
+    let words = lines[0]["reasons"].as_str().unwrap();
+    assert!(words.contains("never palm to top, palm to top 0."), "{words}");
+}
+
+#[test]
 fn the_same_engine_comes_to_the_same_shares() {
     let place = place();
     for line in place.ask("transfer best --trials 32 --to lockstep") {
@@ -249,6 +265,15 @@ fn results_are_written_verified_and_found_out() {
     }
     assert_eq!(read("generations.csv").lines().count() as u64, 1 + 2 * GENERATIONS);
     assert_eq!(read("trials.csv").lines().count(), 1 + 2 * 16);
+    let document = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results/README.md");
+    let document = std::fs::read_to_string(document).unwrap();
+    for file in ["generations.csv", "summary.csv", "best.csv", "trials.csv", "digest.csv"] {
+        let (_, section) = document.split_once(&format!("### {file}")).unwrap();
+        let section = section.split("###").next().unwrap();
+        for column in read(file).lines().next().unwrap().split(',') {
+            assert!(section.contains(&format!("`{column}`")), "{file}: {column} is not documented");
+        }
+    }
     for digest in place.digests() {
         assert!(read("digest.csv").contains(&digest));
     }

@@ -11,17 +11,20 @@ use super::output::{Cell, Table};
 use super::work::{bar, crew};
 use super::{Global, select};
 use crate::exit::Failure;
-use crate::retest::{Crew, Tally, tallies};
+use crate::retest::{Crew, Tally, tallies, why};
 
 /// Carries out the command.
 ///
 /// # Errors
 /// [`Failure`] with the exit code and the line to print.
 pub async fn run(args: EvaluateArgs, global: &Global) -> Result<(), Failure> {
-    let EvaluateArgs { which, fresh } = args;
+    let EvaluateArgs { which, fresh, why } = args;
     let store = select::open(global).await?;
     let individuals = find(&store, &which, crew(fresh.workers, &|| {})).await?;
     warn_foreign(&individuals)?;
+    if why {
+        return reasons(&individuals, fresh.trials)?.print(global.format);
+    }
     let shares = evaluated(&individuals, None, &fresh)?;
     let mut table = Table::new(WHO.into_iter().chain(SHARES).collect::<Vec<_>>());
     for (individual, tally) in individuals.iter().zip(shares) {
@@ -30,6 +33,57 @@ pub async fn run(args: EvaluateArgs, global: &Global) -> Result<(), Failure> {
         table.push(row);
     }
     table.print(global.format)
+}
+
+/// The object's areas, as the trials of a behaviour have them.
+const AREAS: [&str; 4] = ["front", "back", "left", "right"];
+
+/// A line for each of the 16 trials of each individual.
+fn reasons(individuals: &[Individual], trials: u32) -> Result<Table, Failure> {
+    let mut table = Table::new([
+        "experiment",
+        "replication",
+        "generation",
+        "individual",
+        "trial",
+        "behaviour",
+        "area",
+        "trials",
+        "successes",
+        "score",
+        "focus",
+        "reasons",
+    ]);
+    let bar = bar(individuals.len() as u64 * u64::from(trials));
+    for Individual { name, experiment, member, .. } in individuals {
+        let simulator = Simulator::new(experiment)?;
+        let draws = fresh_draws(&simulator, trials);
+        for (trial, area) in (0..simulator.trial_count()).zip(AREAS.into_iter().cycle()) {
+            let why = why(experiment, &simulator, &member.genotype, &draws, trial)?;
+            bar.inc(why.trials.into());
+            table.push([
+                name.experiment.as_str().into(),
+                name.replication.into(),
+                name.generation.into(),
+                name.individual.into(),
+                trial.into(),
+                simulator.behaviour(trial).name().into(),
+                area.into(),
+                why.trials.into(),
+                why.successes.into(),
+                why.score.into(),
+                why.focus.into(),
+                why.reasons.into(),
+            ]);
+        }
+    }
+    bar.finish_and_clear();
+    Ok(table)
+}
+
+/// The draws of so many fresh trials.
+fn fresh_draws(simulator: &Simulator, trials: u32) -> Vec<Draw> {
+    (0..trials / simulator.trial_count().max(1)).map(Draw::test).collect()
 }
 
 /// Columns that say whose trials they are and how many.
@@ -98,7 +152,7 @@ pub(super) fn in_fresh_trials(
     crew: Crew<'_>,
 ) -> Result<Vec<Tally>, Failure> {
     let simulator = Simulator::new(experiment)?;
-    let draws: Vec<Draw> = (0..trials / simulator.trial_count().max(1)).map(Draw::test).collect();
+    let draws = fresh_draws(&simulator, trials);
     let genotypes: Vec<_> =
         individuals.iter().map(|individual| Arc::clone(&individual.member.genotype)).collect();
     Ok(tallies(&simulator, &genotypes, &draws, crew)?)

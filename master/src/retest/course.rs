@@ -58,6 +58,13 @@ impl<'a> Course<'a> {
             .min_by(|(_, a), (_, b)| a.shortfall().total_cmp(&b.shortfall()))
     }
 
+    /// Where the thing whose distance a quantity is was at its best, seen from where it should have been.
+    pub(super) fn miss(&self, quantity: Quantity) -> Option<[f64; 3]> {
+        let (step, _) = self.best(quantity)?;
+        let frame = self.trace.frames.get(step as usize - 1)?;
+        apart(quantity, &frame.observation, self.trace.target)
+    }
+
     /// Why the trial was no success; nothing if it was one.
     #[must_use]
     pub fn reason(&self) -> String {
@@ -67,12 +74,10 @@ impl<'a> Course<'a> {
             Some(last) if last.observation.is_finite() => {
                 parts.push(self.nearest_to_the_goal());
                 parts.extend(self.bests());
-                match self.behaviour {
-                    Behaviour::Reach => parts.extend(self.end()),
-                    Behaviour::Open => parts.extend(self.shoved()),
-                    Behaviour::Grasp => parts.extend(self.touched().into_iter().chain(self.shoved())),
-                    Behaviour::Move => parts.extend(self.dropped().into_iter().chain(self.end())),
-                }
+                parts.extend(self.touched());
+                parts.extend(self.shoved());
+                parts.extend(self.dropped());
+                parts.extend(self.end());
                 if self.focus() < 0.9 {
                     let thing = if self.behaviour.is_about_target() { "target" } else { "object" };
                     parts
@@ -147,16 +152,22 @@ impl<'a> Course<'a> {
         lacking.into_iter().filter_map(best).collect()
     }
 
-    /// Where a distance was at the end, if it had been smaller.
+    /// Where the distance was at the end, if it is all that counts and had been smaller.
     fn end(&self) -> Option<String> {
+        if !matches!(self.behaviour, Behaviour::Reach | Behaviour::Move) {
+            return None;
+        }
         let condition = self.trace.frames.last()?.conditions.first()?;
         let (step, _) = self.best(condition.quantity)?;
         let ended = (step as usize) < self.trace.frames.len();
         ended.then(|| format!("{} at the end", number(condition.quantity, condition.value)))
     }
 
-    /// Which sensors ever touched the object.
+    /// Which sensors ever touched the object that is to be grasped.
     fn touched(&self) -> Option<String> {
+        if self.behaviour != Behaviour::Grasp {
+            return None;
+        }
         let touched = |sensor: usize| self.trace.frames.iter().any(|frame| frame.observation.touch[sensor]);
         let names: Vec<&str> = (0..SENSORS.len()).filter(|at| touched(*at)).map(|at| SENSORS[at]).collect();
         Some(if names.is_empty() {
@@ -166,8 +177,11 @@ impl<'a> Course<'a> {
         })
     }
 
-    /// How far the object was moved, if it was.
-    fn shoved(&self) -> Option<String> {
+    /// How far an object that stood on the table was moved, if it was.
+    pub(super) fn shoved(&self) -> Option<String> {
+        if self.behaviour == Behaviour::Move {
+            return None;
+        }
         let end = &self.trace.frames.last()?.observation;
         let [x, y, z] = [0, 1, 2].map(|axis| end.object[axis] - self.trace.start.object[axis]);
         let along = (x * x + y * y).sqrt();
@@ -184,8 +198,11 @@ impl<'a> Course<'a> {
         (!words.is_empty()).then_some(words)
     }
 
-    /// When the hand lost the object, if it did.
-    fn dropped(&self) -> Option<String> {
+    /// When the hand lost the object it had, if it did.
+    pub(super) fn dropped(&self) -> Option<String> {
+        if self.behaviour != Behaviour::Move {
+            return None;
+        }
         let frames = &self.trace.frames;
         let touches = |frame: &Frame| frame.observation.touch.iter().any(|touch| *touch);
         let lies = |frame: &Frame| frame.observation.object[2] - scene::OBJECT_STANDING < MOVED;
@@ -213,7 +230,7 @@ fn relative_shortfall(condition: &Condition) -> f64 {
     if condition.value.is_nan() { f64::MAX } else { short }
 }
 
-fn number(quantity: Quantity, value: f64) -> String {
+pub(super) fn number(quantity: Quantity, value: f64) -> String {
     match quantity {
         Quantity::Touches => format!("{value:.0}"),
         Quantity::Extension | Quantity::Alignment => format!("{value:.3}"),
@@ -236,21 +253,32 @@ fn in_words(condition: &Condition, seen: Option<(&Observation, [f64; 3])>) -> St
     }
 }
 
-/// In which directions something is too far away, along the axes of the root frame: x backward, y to the robot's right,
-/// z up.
+/// In which directions something is too far away.
 fn way(quantity: Quantity, seen: &Observation, target: [f64; 3]) -> String {
+    let words = apart(quantity, seen, target).map(directions).unwrap_or_default();
+    if words.is_empty() { words } else { format!("; {words}") }
+}
+
+/// From where a thing should be to where it is; none for what is no distance.
+fn apart(quantity: Quantity, seen: &Observation, target: [f64; 3]) -> Option<[f64; 3]> {
     let [x, y, z] = seen.object;
-    let centroid = std::array::from_fn(|i| (seen.thumb_tip[i] + seen.little_tip[i] + seen.palm[i]) / 3.0);
-    let (from, to): ([f64; 3], [f64; 3]) = match quantity {
+    let (goal, thing): ([f64; 3], [f64; 3]) = match quantity {
         Quantity::PalmToTop => ([x, y, z + scene::OBJECT_RADIUS], seen.palm),
-        Quantity::GripToObject => (seen.object, centroid),
+        Quantity::GripToObject => {
+            let sum = |axis: usize| seen.thumb_tip[axis] + seen.little_tip[axis] + seen.palm[axis];
+            (seen.object, [0, 1, 2].map(|axis| sum(axis) / 3.0))
+        }
         Quantity::ObjectToTarget => (target, seen.object),
-        Quantity::Extension | Quantity::Alignment | Quantity::Touches => return String::new(),
+        Quantity::Extension | Quantity::Alignment | Quantity::Touches => return None,
     };
+    Some([0, 1, 2].map(|axis| thing[axis] - goal[axis]))
+}
+
+/// Directions along the axes of the root frame in words: x backward, y to the robot's right, z up.
+pub(super) fn directions(way: [f64; 3]) -> String {
     let names = [("far back", "far ahead"), ("far right", "far left"), ("high", "low")];
-    let off = (0..3).map(|axis| (to[axis] - from[axis], names[axis])).filter(|(by, _)| by.abs() > MOVED);
+    let off = way.into_iter().zip(names).filter(|(by, _)| by.abs() > MOVED);
     let words =
         off.map(|(by, (more, less))| format!("{:.3} too {}", by.abs(), if by > 0.0 { more } else { less }));
-    let words: Vec<String> = words.collect();
-    if words.is_empty() { String::new() } else { format!("; {}", words.join(", ")) }
+    words.collect::<Vec<_>>().join(", ")
 }

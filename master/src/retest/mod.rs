@@ -9,6 +9,7 @@ mod tally;
 #[cfg(test)]
 mod tests;
 mod verify;
+mod why;
 
 use selftalk_sim::SimError;
 use thiserror::Error;
@@ -18,6 +19,7 @@ pub use champion::{CANDIDATES, Candidate, Champion, VALIDATION_DRAWS, champion};
 pub use course::Course;
 pub use tally::{Tally, tallies};
 pub use verify::{Mismatch, difference, examine};
+pub use why::{Why, why};
 
 /// Why individuals cannot be run again.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -53,9 +53,14 @@ Prints which share of the trials of each behaviour succeeds. The trials have obj
 evolution has used and no champion was chosen by, the same for all individuals of an experiment. The same question has
 the same answer on every machine, with any number of workers.
 
+With `--why`, trial 0 to 3 of each behaviour have their own area of the object and their own initial posture; in MOVE,
+the target lies to the left in trials 12 and 14, to the right in 13 and 15. 5x is said of five trials that failed in the
+same way; what is said of them then are medians.
+
 Examples:
   selftalk evaluate best                        400 trials, 100 of each behaviour
   selftalk evaluate champion --trials 1600
+  selftalk evaluate best --replication 0 --why
   selftalk evaluate quickstart/0/59/12 quickstart/1/59/3 --format csv
 
 `selftalk --help` lists the exit codes.")]
@@ -66,6 +71,9 @@ pub struct EvaluateArgs {
     /// How.
     #[command(flatten)]
     pub fresh: Fresh,
+    /// A line for each of the 16 trials, with how it fails
+    #[arg(long)]
+    pub why: bool,
 }
 
 /// Arguments of `selftalk transfer`.
