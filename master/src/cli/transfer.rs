@@ -48,3 +48,19 @@ fn other(own: Engine, asked: Option<Engine>) -> Result<Engine, Failure> {
     let none = || format!("there is no engine beside {}; `--to` can name it nonetheless", own.name());
     other.ok_or_else(|| Failure::new(Exit::Usage, none()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_engine_is_meant_unless_one_is_named() {
+        for own in Engine::ALL.iter().copied() {
+            assert_eq!(other(own, Some(own)), Ok(own));
+            match other(own, None) {
+                Ok(found) => assert_ne!(found, own),
+                Err(failure) => assert_eq!((failure.exit, Engine::ALL.len()), (Exit::Usage, 1)),
+            }
+        }
+    }
+}

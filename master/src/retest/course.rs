@@ -6,6 +6,8 @@ use selftalk_sim::behaviours::{Bound, Condition, Quantity};
 use selftalk_sim::physics::Observation;
 use selftalk_sim::{Behaviour, Experiment, Frame, Trace, scene};
 
+use super::words::{apart, in_words, number};
+
 /// The touch sensors by name, in their order.
 const SENSORS: [&str; 6] = ["palm", "thumb", "index", "middle", "ring", "little"];
 /// An object that moved less than this is not said to have moved, m.
@@ -112,11 +114,14 @@ impl<'a> Course<'a> {
     }
 
     /// The step at which the conditions fell short least, all together.
-    fn nearest_to_the_goal(&self) -> String {
+    fn nearest(&self) -> Option<(u32, &Frame)> {
         let short = |frame: &Frame| frame.conditions.iter().map(relative_shortfall).sum::<f64>();
-        let nearest =
-            (1_u32..).zip(&self.trace.frames).min_by(|(_, a), (_, b)| short(a).total_cmp(&short(b)));
-        let Some((step, frame)) = nearest else { return String::new() };
+        (1..).zip(&self.trace.frames).min_by(|(_, a), (_, b)| short(a).total_cmp(&short(b)))
+    }
+
+    /// How near the goal was: for how long it held, or what it lacked when it was nearest.
+    fn nearest_to_the_goal(&self) -> String {
+        let Some((step, frame)) = self.nearest() else { return String::new() };
         let (until, held) = self.longest();
         if held > 0 {
             let wanted = self.experiment.trials.hold;
@@ -135,7 +140,7 @@ impl<'a> Course<'a> {
         format!("nearest to the goal at step {step}: {}", words.collect::<Vec<_>>().join(", "))
     }
 
-    /// What each of several conditions came to at best, if it never held.
+    /// What each of several conditions came to at best, if it never held, and was better than nearest to the goal.
     fn bests(&self) -> Vec<String> {
         let lacking = self.lacking();
         let alone = self.trace.frames.last().is_none_or(|frame| frame.conditions.len() < 2);
@@ -145,8 +150,9 @@ impl<'a> Course<'a> {
         if lacking.is_empty() {
             return vec!["each held at some step, but never together".to_owned()];
         }
+        let nearest = self.nearest().map(|(step, _)| step);
         let best = |quantity: Quantity| {
-            let (step, condition) = self.best(quantity)?;
+            let (step, condition) = self.best(quantity).filter(|(step, _)| Some(*step) != nearest)?;
             Some(format!("{} at best {}, step {step}", quantity.name(), number(quantity, condition.value)))
         };
         lacking.into_iter().filter_map(best).collect()
@@ -228,57 +234,4 @@ fn relative_shortfall(condition: &Condition) -> f64 {
     // What is not a number is as far away as can be.
     let short = condition.shortfall().max(0.0) / size;
     if condition.value.is_nan() { f64::MAX } else { short }
-}
-
-pub(super) fn number(quantity: Quantity, value: f64) -> String {
-    match quantity {
-        Quantity::Touches => format!("{value:.0}"),
-        Quantity::Extension | Quantity::Alignment => format!("{value:.3}"),
-        Quantity::PalmToTop | Quantity::GripToObject | Quantity::ObjectToTarget => format!("{value:.3} m"),
-    }
-}
-
-/// A condition, and for a distance that is too long in which direction.
-fn in_words(condition: &Condition, seen: Option<(&Observation, [f64; 3])>) -> String {
-    let Condition { quantity, value, bound } = *condition;
-    let (name, shown) = (quantity.name(), number(quantity, value));
-    match bound {
-        Bound::AtLeast(bound) => format!("{shown} of {bound} {name}"),
-        _ if condition.holds() => format!("{name} {shown} ok"),
-        Bound::Above(bound) => format!("{name} {shown} (goal {bound})"),
-        Bound::Below(bound) => {
-            let way = seen.map(|(seen, target)| way(quantity, seen, target)).unwrap_or_default();
-            format!("{name} {shown} (goal {bound}{way})")
-        }
-    }
-}
-
-/// In which directions something is too far away.
-fn way(quantity: Quantity, seen: &Observation, target: [f64; 3]) -> String {
-    let words = apart(quantity, seen, target).map(directions).unwrap_or_default();
-    if words.is_empty() { words } else { format!("; {words}") }
-}
-
-/// From where a thing should be to where it is; none for what is no distance.
-fn apart(quantity: Quantity, seen: &Observation, target: [f64; 3]) -> Option<[f64; 3]> {
-    let [x, y, z] = seen.object;
-    let (goal, thing): ([f64; 3], [f64; 3]) = match quantity {
-        Quantity::PalmToTop => ([x, y, z + scene::OBJECT_RADIUS], seen.palm),
-        Quantity::GripToObject => {
-            let sum = |axis: usize| seen.thumb_tip[axis] + seen.little_tip[axis] + seen.palm[axis];
-            (seen.object, [0, 1, 2].map(|axis| sum(axis) / 3.0))
-        }
-        Quantity::ObjectToTarget => (target, seen.object),
-        Quantity::Extension | Quantity::Alignment | Quantity::Touches => return None,
-    };
-    Some([0, 1, 2].map(|axis| thing[axis] - goal[axis]))
-}
-
-/// Directions along the axes of the root frame in words: x backward, y to the robot's right, z up.
-pub(super) fn directions(way: [f64; 3]) -> String {
-    let names = [("far back", "far ahead"), ("far right", "far left"), ("high", "low")];
-    let off = way.into_iter().zip(names).filter(|(by, _)| by.abs() > MOVED);
-    let words =
-        off.map(|(by, (more, less))| format!("{:.3} too {}", by.abs(), if by > 0.0 { more } else { less }));
-    words.collect::<Vec<_>>().join(", ")
 }

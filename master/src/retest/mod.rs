@@ -10,6 +10,7 @@ mod tally;
 mod tests;
 mod verify;
 mod why;
+mod words;
 
 use selftalk_sim::SimError;
 use thiserror::Error;

@@ -6,7 +6,8 @@ use selftalk_sim::behaviours::Quantity;
 use selftalk_sim::{Draw, Experiment, Genotype, Simulator};
 
 use super::RetestError;
-use super::course::{Course, directions, number};
+use super::course::Course;
+use super::words::{directions, number};
 
 /// What came of a trial in many draws.
 #[derive(Debug, Clone, PartialEq)]
