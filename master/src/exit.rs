@@ -23,6 +23,8 @@ pub enum Exit {
     Network = 5,
     /// The experiment exists: interrupted, or with other settings.
     Exists = 6,
+    /// What is stored is not what comes out when it is run again.
+    Mismatch = 7,
     /// Ended by Ctrl-C.
     Interrupted = 130,
     /// Ended by SIGTERM.

@@ -5,6 +5,8 @@ pub mod driver;
 pub mod evolution;
 pub mod exit;
 pub mod master;
+pub mod results;
+pub mod retest;
 pub mod scheduler;
 pub mod service;
 pub mod store;

@@ -5,6 +5,9 @@
 
 use std::process::{Command, Output};
 
+const COMMANDS: [&str; 10] =
+    ["run", "serve", "resume", "history", "show", "evaluate", "transfer", "verify", "results", "digest"];
+
 fn selftalk(words: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_selftalk")).args(words).output().unwrap()
 }
@@ -14,14 +17,14 @@ fn help_goes_to_stdout_and_lists_commands_and_exit_codes() {
     let output = selftalk(&["--help"]);
     assert!(output.status.success() && output.stderr.is_empty());
     let help = String::from_utf8(output.stdout).unwrap();
-    for word in ["run", "serve", "resume", "history", "digest", "Exit codes:", "130", "--db", "--format"] {
+    for word in ["--db", "--format", "Exit codes:", "130"].into_iter().chain(COMMANDS) {
         assert!(help.contains(word), "{word}: {help}");
     }
 }
 
 #[test]
 fn every_command_explains_itself_with_examples() {
-    for command in ["run", "serve", "resume", "history", "digest"] {
+    for command in COMMANDS {
         let output = selftalk(&[command, "--help"]);
         let help = String::from_utf8(output.stdout).unwrap();
         assert!(output.status.success() && help.contains(&format!("selftalk {command}")), "{help}");

@@ -2,7 +2,7 @@
 
 use rand::RngExt;
 
-use crate::behaviours::{Behaviour, Judgement, Starts, View};
+use crate::behaviours::{Behaviour, Condition, Judgement, Starts, View};
 use crate::body;
 use crate::controller::{INTERNAL, Motors, Network, SENSORS};
 use crate::experiment::Experiment;
@@ -26,6 +26,26 @@ pub struct Draw {
     pub replication: u32,
     /// Generation in which the positions were drawn, counted from 0.
     pub generation: u32,
+}
+
+/// Fresh draws of a kind, and where the kinds begin: beyond any generation that an experiment can run for.
+const FRESH: u32 = 1 << 30;
+const VALIDATION: u32 = FRESH;
+const TEST: u32 = 2 * FRESH;
+
+impl Draw {
+    /// A draw that no evolution uses, for choosing between individuals. `number` counts from 0 to 2^30 - 1.
+    #[must_use]
+    pub const fn validation(number: u32) -> Self {
+        Self { replication: 0, generation: VALIDATION + number % FRESH }
+    }
+
+    /// A draw that neither an evolution nor a choice between individuals uses, for reporting how good they are.
+    /// `number` counts from 0 to 2^30 - 1.
+    #[must_use]
+    pub const fn test(number: u32) -> Self {
+        Self { replication: 0, generation: TEST + number % FRESH }
+    }
 }
 
 /// What a trial came to.
@@ -54,6 +74,8 @@ pub struct Frame {
     pub reward: f64,
     /// Whether the state was the goal.
     pub goal: bool,
+    /// What the goal asks for, as it was at the end of the step.
+    pub conditions: Vec<Condition>,
 }
 
 /// What all trials of an experiment share.
@@ -185,6 +207,8 @@ impl<'a> Trial<'a> {
 
     /// The control step that was just judged; none while the posture settles.
     pub(crate) fn frame(&self) -> Option<Frame> {
+        let Setup { experiment, robot, .. } = self.setup;
+        let view = View { robot, observation: &self.observation, target: self.target };
         self.motors.map(|motors| Frame {
             sensors: self.sensors,
             internal: self.internal,
@@ -192,6 +216,31 @@ impl<'a> Trial<'a> {
             observation: self.observation.clone(),
             reward: self.last.reward,
             goal: self.last.goal,
+            conditions: self.behaviour.conditions(experiment, &view),
         })
+    }
+
+    /// Where the target is.
+    pub(crate) const fn target(&self) -> [f64; 3] {
+        self.target
+    }
+
+    /// Robot and object as they were seen last.
+    pub(crate) const fn observation(&self) -> &Observation {
+        &self.observation
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_evolution_gets_as_far_as_the_fresh_draws() {
+        let longest = |generations| Experiment::from_toml("x", &format!("generations = {generations}"), &[]);
+        assert!(longest(10_000_000).is_ok());
+        assert!(longest(Draw::validation(0).generation).is_err());
+        assert!(Draw::validation(FRESH - 1).generation < Draw::test(0).generation);
+        assert!(Draw::test(0).generation < Draw::test(FRESH - 1).generation);
     }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use selftalk_sim::behaviours::Starts;
+use selftalk_sim::behaviours::{Condition, Starts};
 use selftalk_sim::experiment::Engine as Kind;
 use selftalk_sim::physics::{Instructions, engine};
 use selftalk_sim::robot::{JOINTS, RobotModel};
@@ -172,6 +172,10 @@ proptest! {
         let trace = simulator.trace(&genotype, DRAW, trial).unwrap();
         prop_assert_eq!(trace.frames.len() as u32, trace.outcome.steps);
         prop_assert_eq!(vec![trace.outcome], simulator.evaluate(&genotype, DRAW, trial..trial + 1).unwrap());
+        for frame in trace.frames {
+            prop_assert!(!frame.conditions.is_empty());
+            prop_assert_eq!(frame.goal, frame.conditions.iter().all(Condition::holds));
+        }
     }
 
     /// Weights of up to 1000 drive every motor from one end to the other at any step.

@@ -179,13 +179,15 @@ fn a_module_of_the_simulator_knows_those_below_it_only() {
 fn a_module_of_the_master_knows_those_below_it_only() {
     let files = files();
     for (module, others) in [
-        ("evolution", "scheduler store service driver master exit cli"),
-        ("scheduler", "evolution store service driver master exit cli"),
-        ("store", "scheduler service driver master exit cli"),
-        ("service", "evolution driver master exit cli"),
-        ("driver", "master exit cli"),
-        ("master", "exit cli"),
-        ("exit", "scheduler service driver master cli"),
+        ("evolution", "scheduler store service driver master retest results exit cli"),
+        ("scheduler", "evolution store service driver master retest results exit cli"),
+        ("store", "scheduler service driver master retest results exit cli"),
+        ("retest", "scheduler service driver master results exit cli"),
+        ("results", "scheduler service driver master exit cli"),
+        ("service", "evolution driver master retest results exit cli"),
+        ("driver", "master retest results exit cli"),
+        ("master", "retest results exit cli"),
+        ("exit", "scheduler service driver master retest results cli"),
     ] {
         assert_below(&files, "master/src", module, &others.split(' ').collect::<Vec<_>>());
     }

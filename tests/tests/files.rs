@@ -5,7 +5,7 @@
 
 use selftalk_tests::{GOLDEN, Outcome, Place};
 
-const READERS: [&str; 3] = ["history experiments", "history individuals --genes", "digest"];
+const READERS: [&str; 4] = ["history experiments", "history individuals --genes", "verify", "digest"];
 const WRITERS: [&str; 3] = ["run small.toml", "resume", "serve --listen 127.0.0.1:0"];
 
 /// A finished history of two generations.

@@ -55,6 +55,9 @@ fn json_and_csv_hold_the_same_records() {
         ("history generations", 2 * GENERATIONS),
         ("history individuals", 2 * 20),
         ("history lineage", 2 * GENERATIONS),
+        ("history behaviours", 2 * GENERATIONS),
+        ("history behaviours --bins 3", 2 * 3),
+        ("history behaviours --curves", 2 * 4),
         ("digest", 2),
     ] {
         let objects = place.ask(question);

@@ -1,9 +1,11 @@
 //! `selftalk history`: what happened.
 
 use super::args::{GenerationFilter, HistoryArgs, HistoryCommand, IndividualFilter, LineageFilter};
+use super::behaviours::behaviours;
 use super::output::{Cell, Table};
 use super::{Global, select};
 use crate::exit::Failure;
+use crate::results::genes_in_hex;
 use crate::store::{IndividualEntry, ReplicationState, SqliteStore, StoredExperiment};
 
 /// Carries out the command.
@@ -23,6 +25,7 @@ pub(super) async fn table(store: &SqliteStore, what: &HistoryCommand) -> Result<
         HistoryCommand::Generations(filter) => generations(store, filter).await,
         HistoryCommand::Individuals(filter) => individuals(store, filter).await,
         HistoryCommand::Lineage(filter) => lineage(store, filter).await,
+        HistoryCommand::Behaviours(filter) => behaviours(store, filter).await,
         HistoryCommand::Workers => workers(store).await,
     }
 }
@@ -185,15 +188,7 @@ async fn individuals(store: &SqliteStore, filter: &IndividualFilter) -> Result<T
             let member = genotypes.as_ref().and_then(|members| members.get(entry.individual as usize));
             let mut row = individual(stored, replication.number, entry);
             if let Some(member) = member {
-                row.push(
-                    member
-                        .genotype
-                        .genes()
-                        .iter()
-                        .map(|gene| format!("{gene:04x}"))
-                        .collect::<String>()
-                        .into(),
-                );
+                row.push(genes_in_hex(&member.genotype).into());
             }
             table.push(row);
         }

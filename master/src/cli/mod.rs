@@ -1,19 +1,28 @@
 //! The command line: one file a command. Data goes to stdout, progress, logs and failures to stderr.
 
 pub mod args;
+mod behaviours;
 mod choose;
 mod conduct;
 pub mod digest;
+pub mod evaluate;
 pub mod history;
+pub mod individuals;
 pub mod output;
 mod progress;
+pub mod reference;
+pub mod results;
 pub mod resume;
 pub mod run;
 pub mod select;
 pub mod serve;
+pub mod show;
 mod summary;
 #[cfg(test)]
 mod tests;
+pub mod transfer;
+pub mod verify;
+mod work;
 
 pub use args::{Cli, Command, Format, Global};
 
@@ -30,6 +39,11 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Serve(args) => serve::run(args, &global).await,
         Command::Resume(args) => resume::run(args, &global).await,
         Command::History(args) => history::run(args, &global).await,
+        Command::Show(args) => show::run(args, &global).await,
+        Command::Evaluate(args) => evaluate::run(args, &global).await,
+        Command::Transfer(args) => transfer::run(args, &global).await,
+        Command::Verify(args) => verify::run(args, &global).await,
+        Command::Results(args) => results::run(args, &global).await,
         Command::Digest(args) => digest::run(args, &global).await,
     }
 }

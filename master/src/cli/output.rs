@@ -21,6 +21,8 @@ pub enum Cell {
     Real(f64),
     /// Several numbers.
     List(Vec<u32>),
+    /// Whether something is so.
+    Truth(bool),
 }
 
 impl From<&str> for Cell {
@@ -59,6 +61,12 @@ impl From<f64> for Cell {
     }
 }
 
+impl From<bool> for Cell {
+    fn from(value: bool) -> Self {
+        Self::Truth(value)
+    }
+}
+
 impl From<Vec<u32>> for Cell {
     fn from(values: Vec<u32>) -> Self {
         Self::List(values)
@@ -80,6 +88,7 @@ impl Cell {
             Self::Integer(value) => value.to_string(),
             Self::Real(value) => value.to_string(),
             Self::List(values) => values.iter().map(u32::to_string).collect::<Vec<_>>().join(" "),
+            Self::Truth(value) => value.to_string(),
         }
     }
 
@@ -87,6 +96,7 @@ impl Cell {
     fn short(&self) -> String {
         match self {
             Self::Real(value) => format!("{value:.4}"),
+            Self::Truth(value) => if *value { "yes" } else { "no" }.to_owned(),
             _ => self.full(),
         }
     }
@@ -104,6 +114,7 @@ impl Serialize for Cell {
             Self::Integer(value) => serializer.serialize_i64(*value),
             Self::Real(value) => serializer.serialize_f64(*value),
             Self::List(values) => values.serialize(serializer),
+            Self::Truth(value) => serializer.serialize_bool(*value),
         }
     }
 }
@@ -142,6 +153,19 @@ impl Table {
         self.rows.push(row);
     }
 
+    /// The same without these columns.
+    #[must_use]
+    pub fn without(mut self, columns: &[&str]) -> Self {
+        let kept: Vec<bool> = self.columns.iter().map(|column| !columns.contains(column)).collect();
+        let keep = |row: &mut Vec<Cell>| {
+            let mut kept = kept.iter();
+            row.retain(|_| kept.next().copied().unwrap_or_default());
+        };
+        self.rows.iter_mut().for_each(keep);
+        self.columns.retain(|column| !columns.contains(column));
+        self
+    }
+
     /// Whether there are no rows.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
@@ -154,17 +178,7 @@ impl Table {
     /// [`Exit::Unexpected`] when stdout cannot be written.
     pub fn print(&self, format: Format) -> Result<(), Failure> {
         let mut text = Vec::new();
-        let written = self.write(format, &mut text).and_then(|()| {
-            let mut out = io::stdout().lock();
-            out.write_all(&text)?;
-            out.flush()
-        });
-        match written {
-            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-                Err(Failure::new(Exit::Unexpected, format!("stdout: {error}")))
-            }
-            _ => Ok(()),
-        }
+        printed(self.write(format, &mut text).and_then(|()| to_stdout(&text)))
     }
 
     /// Writes the table.
@@ -223,6 +237,36 @@ impl Table {
     }
 }
 
+/// Prints tables for people, an empty line between them.
+///
+/// # Errors
+/// Those of [`Table::print`].
+pub fn print_tables(tables: &[Table]) -> Result<(), Failure> {
+    let mut text = Vec::new();
+    let written = tables.iter().enumerate().try_for_each(|(at, table)| {
+        if at > 0 {
+            writeln!(text)?;
+        }
+        table.write(Format::Table, &mut text)
+    });
+    printed(written.and_then(|()| to_stdout(&text)))
+}
+
+fn to_stdout(text: &[u8]) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(text)?;
+    out.flush()
+}
+
+fn printed(written: io::Result<()>) -> Result<(), Failure> {
+    match written {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure::new(Exit::Unexpected, format!("stdout: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -257,6 +301,22 @@ mod tests {
         assert_eq!(json.lines().nth(1), Some(&*format!("  {first},")));
         let parsed: serde_json::Value = serde_json::from_str(&json).unwrap();
         assert_eq!(parsed[1]["fitness"], serde_json::Value::Null);
+    }
+
+    #[test]
+    fn columns_can_be_left_out() {
+        let text = written(&table().without(&["fitness", "flips"]), Format::Csv);
+        assert_eq!(text, "name,none\n\"a,b\",\nlong name,\n");
+    }
+
+    #[test]
+    fn truth_is_said_in_words_to_people_only() {
+        let mut table = Table::new(["done"]);
+        table.push([true.into()]);
+        table.push([false.into()]);
+        assert_eq!(written(&table, Format::Table), "done\nyes\nno\n");
+        assert_eq!(written(&table, Format::Csv), "done\ntrue\nfalse\n");
+        assert_eq!(written(&table, Format::Json), "[\n  {\"done\":true},\n  {\"done\":false}\n]\n");
     }
 
     #[test]

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use selftalk_proto::UnitKey;
-use selftalk_sim::{Draw, Genotype, TrialOutcome};
+use selftalk_sim::{Genotype, TrialOutcome};
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::Instant;
 
 use super::{DriverError, Study};
-use crate::evolution::{Population, Scored, distinct, score};
+use crate::evolution::{Population, Scored, distinct, draw, score};
 use crate::scheduler::Work;
 use crate::service::{Handle, UnitEnd};
 use crate::store::Evaluated;
@@ -32,8 +32,7 @@ impl Round {
     /// Submits a generation.
     pub(super) async fn begin(study: &Study, handle: &Handle, population: Population) -> Self {
         let Population { replication, generation, .. } = population;
-        let draws_every = study.experiment.evolution.draws_every.max(1);
-        let draw = Draw { replication, generation: generation - generation % draws_every };
+        let draw = draw(&study.experiment, replication, generation);
         let distinct = distinct(&population);
         let mut works = Vec::with_capacity(distinct.len());
         let mut places = HashMap::with_capacity(distinct.len());

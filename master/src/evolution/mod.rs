@@ -10,7 +10,7 @@ mod reproduce;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use selftalk_sim::Genotype;
+use selftalk_sim::{Draw, Experiment, Genotype};
 
 pub use fitness::{Scored, ranking, score};
 pub use founders::founders;
@@ -97,6 +97,13 @@ pub fn distinct(population: &Population) -> Vec<u32> {
         .collect()
 }
 
+/// The draw that the individuals of a generation face: the last one made by then.
+#[must_use]
+pub fn draw(experiment: &Experiment, replication: u32, generation: u32) -> Draw {
+    let every = experiment.evolution.draws_every.max(1);
+    Draw { replication, generation: generation - generation % every }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,5 +117,14 @@ mod tests {
         let members = [7, 7, 3, 7, 9, 3].map(member).to_vec();
         let population = Population { replication: 0, generation: 0, members };
         assert_eq!(distinct(&population), [0, 2, 4]);
+    }
+
+    #[test]
+    fn a_draw_lasts_as_long_as_the_experiment_says() {
+        let mut experiment = Experiment::default();
+        assert_eq!(draw(&experiment, 2, 7), Draw { replication: 2, generation: 7 });
+        experiment.evolution.draws_every = 3;
+        let draws: Vec<u32> = (5..10).map(|generation| draw(&experiment, 0, generation).generation).collect();
+        assert_eq!(draws, [3, 6, 6, 6, 9]);
     }
 }

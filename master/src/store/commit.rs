@@ -6,8 +6,8 @@ use selftalk_sim::Genotype;
 use sha2::{Digest, Sha256};
 
 use super::read::Position;
-use super::{Evaluated, GenerationCommit, GenerationSummary};
-use crate::evolution::{Population, distinct};
+use super::{Evaluated, GenerationCommit, GenerationRecord, GenerationSummary};
+use crate::evolution::{Population, Scored, distinct};
 
 /// A generation whose parts fit together.
 pub(super) struct Checked<'a> {
@@ -51,16 +51,31 @@ impl<'a> Checked<'a> {
                 return Err(format!("individuals with the genotype of number {first} have different scores"));
             }
         }
-        let best = scored[best as usize];
-        let summary = GenerationSummary {
-            best_fitness: best.fitness,
-            mean_fitness: scored.iter().map(|scored| scored.fitness).sum::<f64>() / size as f64,
-            best_successes: best.successes,
-            most_successes: scored.iter().map(|scored| scored.successes).max().unwrap_or_default(),
-            optimal: optimal(evaluated, &evaluated_as),
-            distinct: carriers.len() as u32,
-        };
+        let summary = summary(evaluated, scored, best, &evaluated_as);
         Ok(Self { commit, summary, evaluated_as })
+    }
+}
+
+/// What a generation adds up to, whose fittest individual is `best`.
+fn summary(evaluated: &[Evaluated], scored: &[Scored], best: u32, evaluated_as: &[u32]) -> GenerationSummary {
+    let best = scored[best as usize];
+    GenerationSummary {
+        best_fitness: best.fitness,
+        mean_fitness: scored.iter().map(|scored| scored.fitness).sum::<f64>() / scored.len() as f64,
+        best_successes: best.successes,
+        most_successes: scored.iter().map(|scored| scored.successes).max().unwrap_or_default(),
+        optimal: optimal(evaluated, evaluated_as),
+        distinct: evaluated.len() as u32,
+    }
+}
+
+impl GenerationRecord {
+    /// What it adds up to; none without individuals.
+    #[must_use]
+    pub fn summary(&self) -> Option<GenerationSummary> {
+        let Self { population, evaluated, scored, ranking } = self;
+        let evaluated_as = evaluated_as(population, &distinct(population));
+        Some(summary(evaluated, scored, *ranking.first()?, &evaluated_as))
     }
 }
 

@@ -90,15 +90,20 @@ fn integer(bytes: &mut Vec<u8>, value: u32) {
 }
 
 fn real(bytes: &mut Vec<u8>, value: f64) {
-    // SQLite keeps neither the kinds of NaN and infinity nor the sign of zero.
-    let bits = if !value.is_finite() {
+    bytes.extend(kept_bits(value).to_le_bytes());
+}
+
+/// The bits of a number as far as a history keeps them: SQLite knows neither the kinds of NaN and infinity nor the sign
+/// of zero.
+#[must_use]
+pub fn kept_bits(value: f64) -> u64 {
+    if !value.is_finite() {
         0x7ff8_0000_0000_0000
     } else if value == 0.0 {
         0
     } else {
         value.to_bits()
-    };
-    bytes.extend(bits.to_le_bytes());
+    }
 }
 
 #[cfg(test)]

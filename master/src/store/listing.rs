@@ -1,5 +1,6 @@
 //! The questions people ask of a history.
 
+use selftalk_sim::TrialOutcome;
 use sqlx::FromRow;
 
 use super::{ReplicationId, SqliteStore, StoreError};
@@ -126,6 +127,37 @@ impl SqliteStore {
         let mut state = self.state().await;
         let row = query.bind(replication.0).fetch_optional(&mut state.connection).await;
         row.map_err(|error| self.fail(&error))
+    }
+
+    /// The outcomes of the trials of each generation's best individual, generation by generation, the trials in order.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read.
+    pub async fn list_best_outcomes(
+        &self,
+        replication: ReplicationId,
+    ) -> Result<Vec<(u32, Vec<TrialOutcome>)>, StoreError> {
+        let query = sqlx::query_as(
+            "SELECT generation.number, trial.score, trial.success, trial.steps FROM generation \
+             JOIN individual ON individual.replication_id = generation.replication_id \
+                AND individual.generation = generation.number AND individual.number = best_individual \
+             JOIN trial ON trial.replication_id = individual.replication_id \
+                AND trial.generation = individual.generation AND trial.individual = evaluated_as \
+             WHERE generation.replication_id = ? ORDER BY generation.number, trial.trial",
+        );
+        let mut state = self.state().await;
+        let rows = query.bind(replication.0).fetch_all(&mut state.connection).await;
+        let rows: Vec<(u32, Option<f64>, bool, u32)> = rows.map_err(|error| self.fail(&error))?;
+        let outcomes = |rows: &[(u32, Option<f64>, bool, u32)]| {
+            let outcome = |&(_, score, success, steps): &(u32, Option<f64>, bool, u32)| TrialOutcome {
+                score: score.unwrap_or(f64::NAN),
+                success,
+                steps,
+            };
+            rows.iter().map(outcome).collect()
+        };
+        let generations = rows.chunk_by(|a, b| a.0 == b.0);
+        Ok(generations.filter_map(|rows| Some((rows.first()?.0, outcomes(rows)))).collect())
     }
 
     /// The individuals of a generation by rank, or only the best of them.

@@ -21,7 +21,7 @@ use std::future::Future;
 
 use selftalk_sim::Experiment;
 
-pub use digest::HistoryDigest;
+pub use digest::{HistoryDigest, kept_bits};
 pub use error::StoreError;
 pub use listing::{GenerationEntry, IndividualEntry, WorkerEntry};
 pub use memory::MemoryStore;

@@ -1,5 +1,6 @@
 //! The four elementary actions (paper, section II.C): the goal of each, and the graded reward on the way to it.
 
+mod goal;
 mod grasp;
 mod open;
 mod reach;
@@ -11,6 +12,7 @@ use crate::physics::Observation;
 use crate::robot::RobotModel;
 use crate::scene;
 
+pub use goal::{Bound, Condition, Quantity};
 pub use starts::{InHand, Start, StartError, Starts};
 
 /// An elementary action, in the order of the trials and of the linguistic labels.
@@ -66,6 +68,17 @@ impl Behaviour {
             Self::Open => open::judge(&experiment.open, view),
             Self::Grasp => grasp::judge(&experiment.grasp, view),
             Self::Move => transport::judge(&experiment.transport, view),
+        }
+    }
+
+    /// What the goal asks for, as it is in a state: the same conditions by which [`Behaviour::judge`] tells the goal.
+    #[must_use]
+    pub fn conditions(self, experiment: &Experiment, view: &View<'_>) -> Vec<Condition> {
+        match self {
+            Self::Reach => reach::conditions(&experiment.reach, view).to_vec(),
+            Self::Open => open::conditions(&experiment.open, view).to_vec(),
+            Self::Grasp => grasp::conditions(&experiment.grasp, view).to_vec(),
+            Self::Move => transport::conditions(&experiment.transport, view).to_vec(),
         }
     }
 }

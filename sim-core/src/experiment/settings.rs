@@ -21,7 +21,7 @@ impl Engine {
 
     /// The name in the experiment file.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Lockstep => "lockstep",
             Self::Rapier => "rapier",

@@ -5,6 +5,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+mod individuals;
+
+pub use individuals::{EvaluateArgs, Fresh, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which};
+
 const EXIT_CODES: &str = "\
 Exit codes:
     0  done
@@ -14,6 +18,7 @@ Exit codes:
     4  the database cannot be opened, read or written
     5  the port is taken, the master cannot be reached, or it refuses the worker
     6  the experiment exists: interrupted, or with other settings
+    7  what is stored is not what comes out when it is run again
   130  ended by Ctrl-C, 143 by SIGTERM: the generation under way is dropped, all before it are kept
 
 Data goes to stdout, everything else to stderr; a failure is one line, `error: ...`.";
@@ -79,6 +84,16 @@ pub enum Command {
     Resume(ResumeArgs),
     /// Ask the database what happened
     History(HistoryArgs),
+    /// Show individuals, their trials, and what went wrong in those that failed
+    Show(ShowArgs),
+    /// Run individuals in fresh trials, which no evolution has used
+    Evaluate(EvaluateArgs),
+    /// Run individuals in another physics engine, in the same fresh trials as in their own
+    Transfer(TransferArgs),
+    /// Run stored individuals again and compare what comes out with what is stored
+    Verify(VerifyArgs),
+    /// Write what an experiment came to into a folder, small enough to be kept with the source
+    Results(ResultsArgs),
     /// Print a checksum of each replication's history
     Digest(DigestArgs),
 }
@@ -154,6 +169,7 @@ Examples:
   selftalk history individuals --best                      the best of every replication's last generation
   selftalk history individuals --replication 1 --generation 12
   selftalk history lineage --experiment quickstart --replication 0     how its last best came to be
+  selftalk history behaviours --curves                     which behaviour was learnt when
 
 `selftalk --help` lists the exit codes.")]
 pub struct HistoryArgs {
@@ -175,6 +191,8 @@ pub enum HistoryCommand {
     Individuals(IndividualFilter),
     /// An individual and its ancestors, back to the founder
     Lineage(LineageFilter),
+    /// How often the best individuals succeeded in each behaviour, over the generations
+    Behaviours(BehaviourFilter),
     /// The workers that took part
     Workers,
 }
@@ -244,6 +262,20 @@ pub struct LineageFilter {
     /// The best individual of the generation; the default
     #[arg(long)]
     pub best: bool,
+}
+
+/// How learning is shown.
+#[derive(Debug, Clone, Args)]
+pub struct BehaviourFilter {
+    /// Which replications.
+    #[command(flatten)]
+    pub of: ReplicationFilter,
+    /// Parts that the generations of a replication are divided into
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub bins: u32,
+    /// Draw a curve for each behaviour
+    #[arg(long)]
+    pub curves: bool,
 }
 
 /// Arguments of `selftalk digest`.
