@@ -155,10 +155,10 @@ fn near(settings: &Near, distance: f64) -> f64 {
     (unit(1.0 - beyond / settings.wide) + unit(1.0 - beyond / settings.narrow)) / 2.0
 }
 
-/// The palm's alignment with straight down in [0, 1], full from a cosine of 0.85 on. It falls all the way to a palm that
-/// faces up, so that it pulls from everywhere.
-fn graded_alignment(cosine: f64) -> f64 {
-    unit((1.0 + cosine) / 1.85)
+/// The palm's alignment with straight down in [0, 1], full from a cosine of `full` on. It falls all the way to a palm
+/// that faces up, so that it pulls from everywhere.
+fn graded_alignment(cosine: f64, full: f64) -> f64 {
+    unit((1.0 + cosine) / (1.0 + full))
 }
 
 #[cfg(test)]
@@ -177,8 +177,8 @@ mod tests {
 
     #[test]
     fn alignment_has_a_slope_wherever_the_palm_faces() {
-        assert_eq!(graded_alignment(-1.0), 0.0);
-        assert!(graded_alignment(0.0) > graded_alignment(-0.1));
-        assert_eq!(graded_alignment(0.9), 1.0);
+        assert_eq!(graded_alignment(-1.0, 0.85), 0.0);
+        assert!(graded_alignment(0.0, 0.85) > graded_alignment(-0.1, 0.85));
+        assert_eq!(graded_alignment(0.9, 0.85), 1.0);
     }
 }

@@ -17,9 +17,9 @@ pub(super) fn conditions(settings: &Open, view: &View<'_>) -> [Condition; 3] {
 pub(super) fn judge(settings: &Open, view: &View<'_>) -> Judgement {
     let conditions = conditions(settings, view);
     let [distance, extension, alignment] = conditions.map(|condition| condition.value);
-    let alignment = graded_alignment(alignment);
+    let alignment = graded_alignment(alignment, settings.full_alignment);
     let terms =
-        [near(&settings.near, distance), unit(extension / settings.goal_extension), alignment * alignment];
+        [near(&settings.near, distance), unit(extension / settings.full_extension), alignment * alignment];
     let reward = if terms.iter().all(|term| *term > 0.0) {
         terms.len() as f64 / terms.iter().map(|term| 1.0 / term).sum::<f64>()
     } else {

@@ -61,6 +61,8 @@ fn behaviours(experiment: &Experiment) -> Result<(), Problem> {
     within("open.goal_distance", open.goal_distance, DISTANCE)?;
     within("open.goal_extension", open.goal_extension, 0.0..=1.0)?;
     within("open.goal_alignment", open.goal_alignment, -1.0..=1.0)?;
+    within("open.full_extension", open.full_extension, 0.01..=1.0)?;
+    within("open.full_alignment", open.full_alignment, -0.9..=1.0)?;
     near("open.near", &open.near)?;
     within("grasp.steps", grasp.steps, STEPS)?;
     within("grasp.goal_distance", grasp.goal_distance, DISTANCE)?;

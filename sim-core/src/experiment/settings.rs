@@ -209,6 +209,10 @@ pub struct Open {
     pub goal_extension: f64,
     /// The goal's alignment: cosine of the angle between the palm's outward normal and straight down.
     pub goal_alignment: f64,
+    /// Extension from which on it is fully rewarded: beyond the goal, so that there is a pull up to it.
+    pub full_extension: f64,
+    /// Alignment from which on it is fully rewarded.
+    pub full_alignment: f64,
     /// How closeness of palm and object is graded.
     pub near: Near,
 }
@@ -220,6 +224,8 @@ impl Default for Open {
             goal_distance: 0.06,
             goal_extension: 0.7,
             goal_alignment: 0.85,
+            full_extension: 0.8,
+            full_alignment: 0.95,
             near: Near::default(),
         }
     }
