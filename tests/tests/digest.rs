@@ -125,7 +125,7 @@ fn a_master_killed_half_way_and_restarted_for_the_same_workers() {
 /// The slow engine, with all that is small made smaller.
 const IN_RAPIER: &str = "--set engine=rapier --set replications=1 --set generations=3 --set evolution.population=2 \
     --set evolution.parents=1 --set evolution.offspring=2 --set reach.steps=3 --set open.steps=3 --set grasp.steps=3 \
-    --set move.steps=3";
+    --set move.steps=3 --set physics.substeps=4";
 
 #[test]
 fn another_engine_killed_and_resumed() {

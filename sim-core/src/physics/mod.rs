@@ -83,7 +83,7 @@ pub trait Engine {
     fn observe(&self, lane: usize) -> Observation;
 }
 
-/// The engine an experiment asks for.
+/// The engine an experiment asks for. The instruction set matters to the lockstep engine alone.
 ///
 /// # Errors
 /// [`RobotError`] when the robot lacks a part the engine needs.

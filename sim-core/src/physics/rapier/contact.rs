@@ -12,8 +12,8 @@ const SOLVER_ITERATIONS: usize = 4;
 /// A contact's spring, as frequency (Hz) and damping ratio of what it acts between: so stiff that what is held
 /// overlaps by less than 0.1 mm, so damped that it does not swing.
 const SOFTNESS: SpringCoefficients<f64> = SpringCoefficients { natural_frequency: 500.0, damping_ratio: 5.0 };
-/// Speed up to which overlaps are undone, m/s.
-const CORRECTION_SPEED: f64 = 1.0;
+/// Speed up to which overlaps are undone, m/s. A trial may begin with a finger in the object, which is not to be kicked.
+const CORRECTION_SPEED: f64 = 0.3;
 
 /// What a shape is. It decides which others it can touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
