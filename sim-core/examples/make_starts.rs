@@ -17,24 +17,24 @@ use selftalk_sim::robot::{Capsule, HandGoal, JOINTS, Kinematics, RobotModel, joi
 use selftalk_sim::scene;
 
 /// Torso and arm of the preferred posture, in radians.
-const PREFERRED: [f64; 9] = [0.2246, 0.1542, -1.1802, 1.7288, 1.1357, 1.0458, 0.7213, -0.3652, -0.0101];
+const PREFERRED: [f64; 9] = [0.3079, 0.2252, -1.3584, 1.6771, 1.1148, 1.1019, 0.8065, -0.2283, -0.0190];
 /// Where the object's centre is in the hand's frame when the hand is over it, in metres.
-const GRIP: [f64; 3] = [0.0664, -0.0510, 0.0222];
+const GRIP: [f64; 3] = [0.0735, -0.0503, 0.0292];
 /// How the hand slopes when it is over the object, in radians.
-const TILT: f64 = 0.0885;
-const ROLL: f64 = 0.4502;
+const TILT: f64 = 0.0488;
+const ROLL: f64 = 0.2033;
 /// Opposition of the thumb as a share of its range: beside the object, and opposite the other fingers.
-const ASIDE: f64 = 0.2247;
-const OPPOSED: f64 = 0.7506;
+const ASIDE: f64 = 0.2161;
+const OPPOSED: f64 = 0.8537;
 /// How far all of the robot is from the object when the open hand is over it, in metres: more than the object is moved
 /// in GRASP.
 const CLEARANCE: f64 = 0.0055;
 
 /// Flexion of the fingers as a share of their range: stretched, at rest, and closed; and of the stretched thumb.
-const STRETCHED: f64 = 0.2500;
+const STRETCHED: f64 = 0.2470;
 const AT_REST: f64 = 0.3;
 const CLOSED: f64 = 0.9;
-const THUMB_STRETCHED: f64 = 0.0045;
+const THUMB_STRETCHED: f64 = 0.0016;
 
 /// How far the object is moved from the grip's middle when a grasp is tried, in metres.
 const SHIFTS: [[f64; 2]; 8] = [
@@ -56,7 +56,7 @@ const LIFT: f64 = 0.08;
 const OPEN_HEIGHT: f64 = 0.05;
 /// Where the hand's grip point is at the start of REACH, in metres: away from all areas.
 const FAR: [[f64; 3]; 4] =
-    [[-0.20, -0.26, 0.14], [-0.24, -0.28, 0.10], [-0.26, -0.25, 0.17], [-0.22, -0.27, 0.19]];
+    [[-0.24, -0.26, 0.16], [-0.26, -0.27, 0.13], [-0.28, -0.24, 0.18], [-0.25, -0.25, 0.20]];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let robot = RobotModel::icub()?;
@@ -85,7 +85,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let [x, y, z] = object;
         let above =
             nearest_slope(&robot, [x, y, z + OPEN_HEIGHT], slope, &over).ok_or("OPEN is out of reach")?;
-        let away = nearest_slope(&robot, far, [0.0; 2], &centre).ok_or("REACH is out of reach")?;
+        let away = nearest_slope(&robot, far, [0.0; 2], &centre)
+            .ok_or_else(|| format!("REACH from {far:?} is out of reach"))?;
         reach.push(still(with_flexion(&robot, away, AT_REST)));
         open.push(still(with_flexion(&robot, above, CLOSED)));
         grasp.push(still(over));
@@ -185,11 +186,12 @@ fn grasp_and_lift(
 ) -> Option<([f64; JOINTS], [f64; 2], Start)> {
     slopes().into_iter().find_map(|slope @ [tilt, roll]| {
         let [x, y, z] = object;
-        let over = stretched(robot, bring(robot, object, tilt, roll, centre)?);
+        let hand = bring(robot, object, tilt, roll, centre)?;
+        let over = stretched(robot, hand);
         if clearance(robot, &over, object) < CLEARANCE {
             return None;
         }
-        let lifted = with_flexion(robot, bring(robot, [x, y, z + LIFT], tilt, roll, centre)?, CLOSED);
+        let lifted = with_flexion(robot, bring(robot, [x, y, z + LIFT], tilt, roll, &hand)?, CLOSED);
         let mut closed = with_flexion(robot, over, CLOSED);
         closed[joint::THUMB_OPPOSITION] = lifted[joint::THUMB_OPPOSITION];
         let mut seen = None;
