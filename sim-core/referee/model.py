@@ -117,12 +117,16 @@ def add_weight(spec):
     weight.biasprm[0] = -SETUP["object"]["mass"] * SETUP["gravity"]
 
 
-def scene(contact, may_roll=False):
+def scene(contact, may_roll=False, springs=True):
     """Robot, table and object. The pairs of shapes that can touch are the simulator's; `contact` has friction, solref
-    and solimp of all."""
+    and solimp of all. Stops are the simulator's springs or MuJoCo's limits."""
     spec = robot()
     add_servos(spec)
-    add_stops(spec)
+    if springs:
+        add_stops(spec)
+    else:
+        for joint in spec.joints:
+            joint.limited = True
     parts = name_shapes(spec)
     lying = add_object(spec, may_roll)
     add_weight(spec)

@@ -9,7 +9,7 @@ use crate::behaviours::{Behaviour, StartError, Starts};
 use crate::controller::{Layout, Network};
 use crate::experiment::Experiment;
 use crate::genotype::{Genotype, GenotypeError};
-use crate::physics::{self, Instructions};
+use crate::physics::{self, Instructions, Observation};
 use crate::robot::{RobotError, RobotModel};
 use crate::trial::{Draw, Frame, Setup, TRIALS, Trial, TrialOutcome};
 
@@ -49,6 +49,10 @@ pub struct Job<T> {
 /// A trial, control step by control step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trace {
+    /// Robot and object at the start, before the posture settles.
+    pub start: Observation,
+    /// Where the target is; root frame, metres.
+    pub target: [f64; 3],
     /// The control steps.
     pub frames: Vec<Frame>,
     /// What the trial came to: the same as without a trace.
@@ -166,6 +170,7 @@ impl Simulator {
         let job = Job { genotype: Arc::new(genotype.clone()), draw, trial, tag: () };
         let network = Decoded::default().network(experiment, &job)?;
         let mut trial = Trial::begin(&self.setup, engine.as_mut(), 0, network, draw, trial);
+        let (start, target) = (trial.observation().clone(), trial.target());
         let mut frames = Vec::new();
         loop {
             trial.act(engine.as_mut(), 0);
@@ -173,7 +178,7 @@ impl Simulator {
             let outcome = trial.judge(engine.as_ref(), 0);
             frames.extend(trial.frame());
             if let Some(outcome) = outcome {
-                return Ok(Trace { frames, outcome });
+                return Ok(Trace { start, target, frames, outcome });
             }
         }
     }

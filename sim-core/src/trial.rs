@@ -194,4 +194,14 @@ impl<'a> Trial<'a> {
             goal: self.last.goal,
         })
     }
+
+    /// Where the target is.
+    pub(crate) const fn target(&self) -> [f64; 3] {
+        self.target
+    }
+
+    /// Robot and object as they were seen last.
+    pub(crate) const fn observation(&self) -> &Observation {
+        &self.observation
+    }
 }

@@ -24,6 +24,8 @@ impl Python {
         assert!(python.exists(), "there is no {PYTHON}: `just referee` prepares it");
         let mut child = Command::new(python)
             .arg(package.join("referee/referee.py"))
+            // Where it may leave a log.
+            .current_dir(package.join("../target"))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
