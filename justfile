@@ -24,6 +24,15 @@ lint:
 doc:
     cargo doc --workspace --no-deps --open
 
+# Python with MuJoCo, in target/referee
+_mujoco:
+    python3 -m venv target/referee
+    target/referee/bin/pip install --quiet --requirement sim-core/referee/requirements.txt
+
+# The simulator against MuJoCo (needs Python 3.11 or later)
+referee: _mujoco
+    cargo test -p selftalk-sim --lib referee -- --include-ignored --nocapture
+
 # Licences, sources and known vulnerabilities of the dependencies (needs cargo-deny)
 deny:
     cargo deny check

@@ -1,6 +1,7 @@
 //! The lanes against plain scalars, and the robot's motion against the laws of mechanics.
 
 mod contacts;
+mod referee;
 
 use fearless_simd::{Level, Simd, dispatch};
 use nalgebra::{Matrix3, Point3, SMatrix, SVector, Vector3};
