@@ -2,7 +2,8 @@
 //!
 //! All postures belong to one family: inverse kinematics from one preferred posture, found by random search for one
 //! from which a scripted grasp lifts the object in all four areas. Each grasp is tried in the physics engine, with the
-//! object moved a little and the fingers closed at once or slowly, and has to lift the object every time.
+//! object moved a little and the fingers closed at once or slowly, and has to lift the object every time, between the
+//! thumb and at least two other fingers or the palm.
 //!
 //! Run from the repository's root, and look at the difference before keeping it:
 //! `cargo run --release -p selftalk-sim --example make_starts > starts.toml && mv starts.toml sim-core/assets/`
@@ -17,24 +18,24 @@ use selftalk_sim::robot::{Capsule, HandGoal, JOINTS, Kinematics, RobotModel, joi
 use selftalk_sim::scene;
 
 /// Torso and arm of the preferred posture, in radians.
-const PREFERRED: [f64; 9] = [0.3079, 0.2252, -1.3584, 1.6771, 1.1148, 1.1019, 0.8065, -0.2283, -0.0190];
+const PREFERRED: [f64; 9] = [-0.0302, 0.2515, -1.4798, 2.0597, 0.7838, 1.1433, 0.9584, -0.2088, 0.2281];
 /// Where the object's centre is in the hand's frame when the hand is over it, in metres.
-const GRIP: [f64; 3] = [0.0735, -0.0503, 0.0292];
+const GRIP: [f64; 3] = [0.0913, -0.0619, 0.0398];
 /// How the hand slopes when it is over the object, in radians.
-const TILT: f64 = 0.0488;
-const ROLL: f64 = 0.2033;
+const TILT: f64 = 0.1977;
+const ROLL: f64 = 0.1491;
 /// Opposition of the thumb as a share of its range: beside the object, and opposite the other fingers.
-const ASIDE: f64 = 0.2161;
-const OPPOSED: f64 = 0.8537;
+const ASIDE: f64 = 0.6541;
+const OPPOSED: f64 = 0.6832;
 /// How far all of the robot is from the object when the open hand is over it, in metres: more than the object is moved
 /// in GRASP.
 const CLEARANCE: f64 = 0.0055;
 
 /// Flexion of the fingers as a share of their range: stretched, at rest, and closed; and of the stretched thumb.
-const STRETCHED: f64 = 0.2470;
+const STRETCHED: f64 = 0.1933;
 const AT_REST: f64 = 0.3;
 const CLOSED: f64 = 0.9;
-const THUMB_STRETCHED: f64 = 0.0016;
+const THUMB_STRETCHED: f64 = 0.0000;
 
 /// How far the object is moved from the grip's middle when a grasp is tried, in metres.
 const SHIFTS: [[f64; 2]; 8] = [
@@ -53,7 +54,7 @@ const CLOSING: [u32; 2] = [1, 10];
 /// How high the object is lifted for MOVE, in metres.
 const LIFT: f64 = 0.08;
 /// How much higher than for GRASP the closed hand of OPEN is, in metres.
-const OPEN_HEIGHT: f64 = 0.05;
+const OPEN_HEIGHT: f64 = 0.035;
 /// Where the hand's grip point is at the start of REACH, in metres: away from all areas.
 const FAR: [[f64; 3]; 4] =
     [[-0.24, -0.26, 0.16], [-0.26, -0.27, 0.13], [-0.28, -0.24, 0.18], [-0.25, -0.25, 0.20]];
@@ -207,7 +208,7 @@ fn grasp_and_lift(
                 drive(engine, &lifted, &lifted, 60);
                 let now = engine.observe(0);
                 let touches = now.touch.iter().filter(|touch| **touch).count();
-                if (now.object[2] - z - LIFT).abs() > 0.02 || touches < 3 {
+                if (now.object[2] - z - LIFT).abs() > 0.02 || touches < 4 || !now.touch[1] {
                     return None;
                 }
                 seen.get_or_insert(now);

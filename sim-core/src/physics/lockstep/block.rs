@@ -92,6 +92,8 @@ pub(super) struct Block<S: Simd> {
     normal_inverse: Real<S>,
     coupling: [Real<S>; 2],
     inverse: [Real<S>; 3],
+    /// Reciprocal of the tangents' mean response.
+    yielding: Real<S>,
     /// Impulses so far, as in `directions`.
     impulse: [Real<S>; 3],
     /// What the last sweep added to them.
@@ -141,6 +143,7 @@ impl<S: Simd> Block<S> {
             normal_inverse: zero,
             coupling: [zero; 2],
             inverse: [zero; 3],
+            yielding: zero,
             impulse: [zero; 3],
             change: [zero; 3],
             conjugate: [zero; 3],
@@ -207,6 +210,7 @@ impl<S: Simd> Block<S> {
         self.normal_inverse = reciprocal(simd, nn);
         self.coupling = [ns, nt];
         self.inverse = [tt * scale, -st * scale, ss * scale];
+        self.yielding = splat(simd, 2.0) / (ss + tt);
 
         // Apart, the surfaces may close the gap in one step; overlapping, they separate at a bounded speed.
         let apart = contact.gap * (-1.0 / step);
@@ -254,14 +258,16 @@ impl<S: Simd> Block<S> {
         let normal = max(simd, n + (self.bound - vn) * self.normal_inverse * share, zero);
         let dn = active.select(normal - n, zero);
         let (vs, vt) = (vs + self.coupling[0] * dn, vt + self.coupling[1] * dn);
-        let [a, b, c] = self.inverse;
-        let (slide, drift) = (s - (a * vs + b * vt), t - (b * vs + c * vt));
         let limit = (n + dn) * friction;
-        let square = slide * slide + drift * drift;
-        let outside = square.simd_gt(limit * limit);
-        let scale = outside.select(limit / square.sqrt(), splat(simd, 1.0));
-        let ds = active.select(slide * scale - s, zero);
-        let dt = active.select(drift * scale - t, zero);
+        // Sticking: what stops both tangents. Sliding: along the motion, however unequally the tangents respond.
+        let [a, b, c] = self.inverse;
+        let stuck = [s - (a * vs + b * vt), t - (b * vs + c * vt)];
+        let slides = (stuck[0] * stuck[0] + stuck[1] * stuck[1]).simd_gt(limit * limit);
+        let slid = [s - vs * self.yielding, t - vt * self.yielding];
+        let square = slid[0] * slid[0] + slid[1] * slid[1];
+        let scale = square.simd_gt(limit * limit).select(limit / square.sqrt(), splat(simd, 1.0));
+        let ds = active.select(slides.select(slid[0] * scale, stuck[0]) - s, zero);
+        let dt = active.select(slides.select(slid[1] * scale, stuck[1]) - t, zero);
         self.impulse = [n + dn, s + ds, t + dt];
         self.change = [dn, ds, dt];
         self.apply([dn, ds, dt], velocities);

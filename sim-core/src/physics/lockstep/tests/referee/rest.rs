@@ -155,10 +155,13 @@ fn pressing(share: f64, ramp: usize, friction: f64) -> Vec<Scene> {
         let mut placement = start.placement([-0.5, 0.3]);
         let mut position = Kinematics::new(&robot, &placement.angles).links[joint::HAND] * point;
         position.z = scene::TABLE;
-        let mut slopes = (0..40).map(|i| (0.1 * f64::from(i / 8), 0.15 * f64::from(i % 8 - 3)));
-        let reach =
-            |(tilt, roll)| robot.bring_hand(&HandGoal { point, position, tilt, roll }, &placement.angles);
-        placement.targets = slopes.find_map(reach).unwrap();
+        let mut slopes: Vec<(i32, i32)> = (-8..=8).flat_map(|a| (-8..=8).map(move |b| (a, b))).collect();
+        slopes.sort_by_key(|(a, b)| a * a + b * b);
+        let reach = |(a, b)| {
+            let (tilt, roll) = (0.1 * f64::from(a), 0.1 * f64::from(b));
+            robot.bring_hand(&HandGoal { point, position, tilt, roll }, &placement.angles)
+        };
+        placement.targets = slopes.into_iter().find_map(reach).unwrap();
         Scene { friction, ..Scene::new(&placement, share, ramp, 3) }
     };
     Starts::shipped().unwrap().grasp.iter().map(press).collect()
@@ -198,13 +201,12 @@ fn a_hand_pressed_on_a_smooth_table_yields_as_mujocos_does() {
 #[test]
 #[ignore = "asks MuJoCo: run `just referee`"]
 fn a_hand_that_sticks_to_the_table_yields_as_mujocos_does() {
-    compare("pressed, sticking", &pressing(0.6, 3, 1.0), &SHIPPED(), Seen::Not, 1.0, 1.0);
+    // A little further down some fingers slip.
+    compare("pressed, sticking", &pressing(0.5, 3, 1.0), &SHIPPED(), Seen::Not, 1.0, 1.0);
 }
 
 #[test]
 #[ignore = "asks MuJoCo: run `just referee`"]
-fn a_hand_that_slides_on_the_table_stops_near_where_mujocos_does() {
-    // Where the two tangents of a contact respond unequally to an impulse, our friction is not quite opposed to the
-    // sliding. Without that it would be less than 0.2 mm.
-    compare("pressed, sliding", &pressing(1.0, 3, 0.1), &SHIPPED(), Seen::Not, 2.5, 1.5);
+fn a_hand_that_slides_on_the_table_stops_where_mujocos_does() {
+    compare("pressed, sliding", &pressing(1.0, 3, 0.1), &SHIPPED(), Seen::Not, 1.0, 1.0);
 }
