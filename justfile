@@ -33,6 +33,10 @@ _mujoco:
 referee: _mujoco
     cargo test -p selftalk-sim --lib referee -- --include-ignored --nocapture
 
+# The engines against MuJoCo by speed
+compare: _mujoco
+    cargo bench -p selftalk-sim --bench comparison
+
 # Licences, sources and known vulnerabilities of the dependencies (needs cargo-deny)
 deny:
     cargo deny check
