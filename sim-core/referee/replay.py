@@ -25,6 +25,8 @@ def fastest():
     spec = model.scene(contact, may_roll=True, springs=False)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
     spec.option.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL
+    spec.option.iterations = 2
+    spec.option.ls_iterations = 6
     return spec
 
 
