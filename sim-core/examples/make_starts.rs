@@ -162,10 +162,7 @@ fn clearance(robot: &RobotModel, angles: &[f64; JOINTS], object: [f64; 3]) -> f6
     let links = Kinematics::new(robot, angles).links;
     let centre = Point3::from(object);
     let gap = |capsule: &Capsule| {
-        let [start, end] = [capsule.start, capsule.end].map(|end| links[capsule.link] * end);
-        let axis = end - start;
-        let share = ((centre - start).dot(&axis) / axis.norm_squared()).clamp(0.0, 1.0);
-        (centre - (start + axis * share)).norm() - capsule.radius - scene::OBJECT_RADIUS
+        capsule.distance(&(links[capsule.link].inverse() * centre)) - scene::OBJECT_RADIUS
     };
     robot.capsules.iter().map(gap).fold(f64::MAX, f64::min)
 }

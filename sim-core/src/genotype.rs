@@ -23,6 +23,9 @@ pub enum GenotypeError {
         /// Bytes that were given.
         found: usize,
     },
+    /// The text is not four hexadecimal digits a gene.
+    #[error("genes are written with four hexadecimal digits each")]
+    Digits,
     /// A bit position lies behind the last gene.
     #[error("bit {bit} lies outside a genotype of {bits} bits")]
     Bit {
@@ -56,6 +59,25 @@ impl Genotype {
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         self.0.iter().flat_map(|gene| gene.to_le_bytes()).collect()
+    }
+
+    /// Reads genes of four hexadecimal digits each.
+    ///
+    /// # Errors
+    /// [`GenotypeError::Digits`] when the text has anything else.
+    pub fn from_hex(text: &str) -> Result<Self, GenotypeError> {
+        let (genes, rest) = text.as_bytes().as_chunks::<4>();
+        let digit = |digit: u8| char::from(digit).to_digit(16);
+        let gene =
+            |digits: &[u8; 4]| digits.iter().try_fold(0, |gene, at| Some(gene << 4 | digit(*at)? as u16));
+        let genes = genes.iter().map(gene).collect::<Option<Box<[u16]>>>().filter(|_| rest.is_empty());
+        genes.map(Self).ok_or(GenotypeError::Digits)
+    }
+
+    /// The genes, four hexadecimal digits each.
+    #[must_use]
+    pub fn to_hex(&self) -> String {
+        self.0.iter().map(|gene| format!("{gene:04x}")).collect()
     }
 
     /// The genes in the controller's order.
@@ -107,8 +129,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn bytes_round_trip(genes in prop::collection::vec(any::<u16>(), 0..50)) {
+        fn bytes_and_digits_round_trip(genes in prop::collection::vec(any::<u16>(), 0..50)) {
             let genotype = Genotype::new(genes.clone());
+            prop_assert_eq!(Genotype::from_hex(&genotype.to_hex()), Ok(genotype.clone()));
             prop_assert_eq!(Genotype::from_bytes(&genotype.to_bytes(), genes.len()), Ok(genotype));
         }
 
@@ -125,7 +148,11 @@ mod tests {
     }
 
     #[test]
-    fn wrong_lengths_and_positions_are_refused() {
+    fn wrong_lengths_digits_and_positions_are_refused() {
+        assert_eq!(Genotype::new([0x00ff, 0x1234]).to_hex(), "00ff1234");
+        for text in ["00ff123", "00fg", "+123"] {
+            assert_eq!(Genotype::from_hex(text), Err(GenotypeError::Digits));
+        }
         assert_eq!(Genotype::from_bytes(&[0; 5], 2), Err(GenotypeError::Length { expected: 2, found: 5 }));
         assert_eq!(
             Genotype::new([0_u16; 2]).with_flipped(&[32]),

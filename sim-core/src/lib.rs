@@ -22,4 +22,4 @@ pub use experiment::{Experiment, ExperimentError};
 pub use fingerprint::fingerprint;
 pub use genotype::Genotype;
 pub use simulator::{Job, SimError, Simulator, Trace};
-pub use trial::{Draw, Frame, TrialOutcome};
+pub use trial::{Draw, Frame, SETTLING, TrialOutcome};

@@ -13,7 +13,7 @@ use crate::stream::{Purpose, StreamKey};
 
 /// Control steps for which the initial posture is held before the controller takes over, so that a hand around the
 /// object has it firmly in its grip.
-const SETTLING: u32 = 2;
+pub const SETTLING: u32 = 2;
 
 /// Trials of an evaluation: four for each behaviour (paper, section II.C).
 pub(crate) const TRIALS: u32 = 16;

@@ -2,7 +2,10 @@
 
 #![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
+mod overlap;
+
 use nalgebra::{Point3, Vector3};
+use overlap::Overlap;
 use selftalk_sim::behaviours::{Start, Starts};
 use selftalk_sim::experiment::{Engine as Kind, Experiment};
 use selftalk_sim::physics::{Engine, Instructions, Observation, engine};
@@ -63,24 +66,6 @@ impl Scene {
         let seen = self.see();
         let hand = Kinematics::new(&self.robot, &seen.angles).links[joint::HAND];
         hand.inverse() * Point3::from(seen.object)
-    }
-
-    /// How deep the object is in the hand, as the posture has it.
-    fn overlap(&self) -> f64 {
-        let seen = self.see();
-        let links = Kinematics::new(&self.robot, &seen.angles).links;
-        let object = Point3::from(seen.object);
-        let fingers = self.robot.capsules.iter().map(|capsule| {
-            let centre = links[capsule.link].inverse() * object;
-            let axis = capsule.end - capsule.start;
-            let along = ((centre - capsule.start).dot(&axis) / axis.norm_squared()).clamp(0.0, 1.0);
-            capsule.radius - (centre - (capsule.start + axis * along)).norm()
-        });
-        let palm = &self.robot.palm;
-        let centre = (links[palm.link] * palm.pose).inverse() * object;
-        let nearest = centre.coords.zip_map(&palm.half, |x, half| x.clamp(-half, half));
-        let palm = -(centre.coords - nearest).norm();
-        fingers.fold(palm, f64::max) + scene::OBJECT_RADIUS
     }
 
     /// Servo targets that shift the hand, its slope changed as little as need be; the fingers stay as they are.
@@ -146,7 +131,7 @@ fn a_held_object_stays_held() {
             scene.drive(hold, seconds * SECOND);
             let slipped = (scene.in_hand() - before).norm();
             assert!(slipped < 0.005, "{kind:?}: slipped by {slipped} m");
-            let overlap = scene.overlap();
+            let overlap = Overlap::of(&scene.robot, &scene.see()).robot_object;
             assert!((-0.0005..0.001).contains(&overlap), "{kind:?}: {overlap} m into the hand");
         }
     }

@@ -112,6 +112,14 @@ impl Place {
         self.start(words).end()
     }
 
+    /// A new place in which [`SMALL`] has run for so many generations.
+    #[must_use]
+    pub fn with_history(generations: u64) -> Self {
+        let place = Self::new();
+        place.run(&format!("run small.toml --set generations={generations}")).done();
+        place
+    }
+
     /// What a command prints as JSON.
     #[must_use]
     pub fn ask(&self, words: &str) -> Vec<Value> {

@@ -10,12 +10,6 @@ use serde_json::Value;
 
 const GENERATIONS: u64 = 5;
 
-fn place() -> Place {
-    let place = Place::new();
-    place.run(&format!("run small.toml --set generations={GENERATIONS}")).done();
-    place
-}
-
 fn number(value: &Value) -> u64 {
     value.as_u64().unwrap_or_else(|| panic!("not a number: {value}"))
 }
@@ -48,7 +42,7 @@ fn same(field: &str, value: &Value) -> bool {
 
 #[test]
 fn json_and_csv_hold_the_same_records() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     for (question, lines) in [
         ("history experiments", 1),
         ("history replications", 2),
@@ -82,7 +76,7 @@ fn json_and_csv_hold_the_same_records() {
 
 #[test]
 fn filters_select() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     let all = place.ask("history generations");
     for (filter, keep) in [
         ("--experiment small", &(|_: &&Value| true) as &dyn Fn(&&Value) -> bool),
@@ -115,7 +109,7 @@ fn filters_select() {
 
 #[test]
 fn every_genotype_of_every_generation_can_be_read_back() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     let mut genotypes = BTreeMap::new();
     let mut varied = 0;
     for generation in 0..GENERATIONS {
@@ -147,7 +141,7 @@ fn every_genotype_of_every_generation_can_be_read_back() {
 
 #[test]
 fn a_line_of_ancestors_leads_to_a_founder() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     let line = place.ask("history lineage --replication 1");
     assert_eq!((&line[0]["rank"], &line[0]["generation"]), (&0.into(), &(GENERATIONS - 1).into()));
     assert_eq!(line.last().unwrap()["origin"], "founder");

@@ -9,12 +9,6 @@ use sqlx::Connection;
 
 const GENERATIONS: u64 = 5;
 
-fn place() -> Place {
-    let place = Place::new();
-    place.run(&format!("run small.toml --set generations={GENERATIONS}")).done();
-    place
-}
-
 /// Changes what is stored, as no master would.
 fn tamper(place: &Place, statement: &str) {
     let path = place.path("history.db");
@@ -40,7 +34,7 @@ fn name(line: &Value) -> String {
 
 #[test]
 fn trials_are_shown_with_what_went_wrong() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     let best = place.ask("history individuals --best");
     let shown = place.ask("show");
     assert_eq!(shown.len(), 2 * 16);
@@ -79,7 +73,7 @@ fn trials_are_shown_with_what_went_wrong() {
 
 #[test]
 fn what_does_not_come_out_again_is_said() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     let best = &place.ask("history individuals --best --replication 0")[0];
     tamper(
         &place,
@@ -99,7 +93,7 @@ fn what_does_not_come_out_again_is_said() {
 
 #[test]
 fn fresh_trials_come_to_the_same_with_any_number_of_workers() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     let once = place.run("evaluate best --trials 64 --workers 1 --format csv").done().stdout;
     let again = place.run("evaluate best --trials 64 --workers 3 --format csv").done().stdout;
     assert_eq!(once, again);
@@ -122,7 +116,7 @@ fn fresh_trials_come_to_the_same_with_any_number_of_workers() {
 
 #[test]
 fn failures_are_told_trial_by_trial() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     let lines = place.ask("evaluate best --trials 64 --why --replication 1");
     let shares = &place.ask("evaluate best --trials 64 --replication 1")[0];
     assert_eq!(lines.len(), 16);
@@ -138,7 +132,7 @@ fn failures_are_told_trial_by_trial() {
 
 #[test]
 fn the_same_engine_comes_to_the_same_shares() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     for line in place.ask("transfer best --trials 32 --to lockstep") {
         assert_eq!((&line["engine"], &line["to"]), (&"lockstep".into(), &"lockstep".into()));
         for key in ["reach", "open", "grasp", "move", "all"] {
@@ -173,7 +167,7 @@ fn what_names_no_individual_is_refused() {
 
 #[test]
 fn an_honest_history_is_verified() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     let before = place.read("history.db");
     let replications = place.ask("verify");
     let distinct = |replication: u64| -> u64 {
@@ -200,7 +194,7 @@ fn an_honest_history_is_verified() {
 
 #[test]
 fn a_history_that_was_tampered_with_is_found_out_by_name() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     let sound = place.read("history.db");
     let best = &place.ask("history individuals --best --replication 0 --generation 2")[0];
     let (number, rank) =
@@ -242,7 +236,7 @@ fn a_history_that_was_tampered_with_is_found_out_by_name() {
 
 #[test]
 fn results_are_written_verified_and_found_out() {
-    let place = place();
+    let place = Place::with_history(GENERATIONS);
     place.run("results --out kept/small --trials 32").done();
     let read = |name: &str| String::from_utf8(place.read(&format!("kept/small/{name}"))).unwrap();
     let summary = read("summary.csv");

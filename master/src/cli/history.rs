@@ -5,7 +5,6 @@ use super::behaviours::behaviours;
 use super::output::{Cell, Table};
 use super::{Global, select};
 use crate::exit::Failure;
-use crate::results::genes_in_hex;
 use crate::store::{IndividualEntry, ReplicationState, SqliteStore, StoredExperiment};
 
 /// Carries out the command.
@@ -188,7 +187,7 @@ async fn individuals(store: &SqliteStore, filter: &IndividualFilter) -> Result<T
             let member = genotypes.as_ref().and_then(|members| members.get(entry.individual as usize));
             let mut row = individual(stored, replication.number, entry);
             if let Some(member) = member {
-                row.push(genes_in_hex(&member.genotype).into());
+                row.push(member.genotype.to_hex().into());
             }
             table.push(row);
         }

@@ -9,9 +9,7 @@ use super::individuals::{Individual, chosen, foreign};
 use super::work::{bar, crew};
 use super::{Global, select};
 use crate::exit::{Exit, Failure};
-use crate::results::{
-    BestRow, DigestRow, GenerationRow, Results, ResultsError, SummaryRow, TrialRow, genes_in_hex,
-};
+use crate::results::{BestRow, DigestRow, GenerationRow, Results, ResultsError, SummaryRow, TrialRow};
 use crate::retest::{CANDIDATES, Crew, Tally, VALIDATION_DRAWS};
 use crate::store::{SqliteStore, StoredExperiment, StoredReplication, kept_bits};
 
@@ -132,7 +130,7 @@ fn best(individual: &Individual, fresh_trials: u32) -> BestRow {
         validation_trials: validation.trials(),
         validation_successes: validation.successes(),
         fresh_trials,
-        genes: genes_in_hex(&member.genotype),
+        genes: member.genotype.to_hex(),
     }
 }
 

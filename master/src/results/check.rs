@@ -23,7 +23,10 @@ pub fn check(results: &Results, crew: Crew<'_>) -> Result<Vec<String>, ResultsEr
         summarised(results, summary, &mut found);
     }
     for best in &results.best {
-        match best.genotype().filter(|genotype| genotype.genes().len() == simulator.gene_count()) {
+        match Genotype::from_hex(&best.genes)
+            .ok()
+            .filter(|genotype| genotype.genes().len() == simulator.gene_count())
+        {
             Some(genotype) => champion(results, best, &simulator, &Arc::new(genotype), crew, &mut found)?,
             None => found.push(format!("{}: the genes are not a genotype", name(results, best))),
         }

@@ -8,7 +8,7 @@ mod files;
 
 use std::path::{Path, PathBuf};
 
-use selftalk_sim::{Experiment, ExperimentError, Genotype, SimError, TrialOutcome};
+use selftalk_sim::{Experiment, ExperimentError, SimError, TrialOutcome};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -178,22 +178,6 @@ impl TrialRow {
         let score = f64::from_bits(u64::from_str_radix(&self.score_bits, 16).ok()?);
         Some(TrialOutcome { score, success, steps })
     }
-}
-
-impl BestRow {
-    /// The genotype; none if the genes are not written as they should be.
-    fn genotype(&self) -> Option<Genotype> {
-        let (digits, rest) = self.genes.as_bytes().as_chunks::<4>();
-        let gene = |digits: &[u8; 4]| u16::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok();
-        let genes: Option<Vec<u16>> = digits.iter().map(gene).collect();
-        genes.filter(|_| rest.is_empty()).map(Genotype::new)
-    }
-}
-
-/// Genes as text, four hexadecimal digits each.
-#[must_use]
-pub fn genes_in_hex(genotype: &Genotype) -> String {
-    genotype.genes().iter().map(|gene| format!("{gene:04x}")).collect()
 }
 
 impl Results {

@@ -77,16 +77,12 @@ pub fn run(simulator: &Simulator, tasks: &[Task], crew: Crew<'_>) -> Result<Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::retest::tests::brief;
     use selftalk_sim::Experiment;
 
     #[test]
     fn outcomes_are_those_of_the_simulator_however_many_threads_there_are() {
-        let mut experiment = Experiment::default();
-        for steps in [&mut experiment.reach.steps, &mut experiment.open.steps, &mut experiment.grasp.steps] {
-            *steps = 5;
-        }
-        experiment.transport.steps = 7;
-        let simulator = Simulator::new(&experiment).unwrap();
+        let simulator = Simulator::new(&brief(5)).unwrap();
         let genotype = |gene: u16| Arc::new(Genotype::new(vec![gene; simulator.gene_count()]));
         let (genotypes, draw) = ([20_000, 40_000].map(genotype), Draw::test(3));
         let tasks: Vec<Task> =

@@ -69,17 +69,12 @@ pub fn champion(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selftalk_sim::Experiment;
+    use crate::retest::tests::brief;
 
     #[test]
     fn the_best_in_the_validation_draws_is_chosen_and_of_equals_the_latest() {
-        let mut experiment = Experiment::default();
         // Whoever moves its hand a little more or less differs in score.
-        for steps in [&mut experiment.reach.steps, &mut experiment.open.steps, &mut experiment.grasp.steps] {
-            *steps = 3;
-        }
-        experiment.transport.steps = 3;
-        let simulator = Simulator::new(&experiment).unwrap();
+        let simulator = Simulator::new(&brief(3)).unwrap();
         let candidate = |generation: u32, gene: u16| Candidate {
             generation,
             individual: 0,

@@ -8,6 +8,20 @@ use selftalk_sim::{Behaviour, Experiment, Frame, Trace, TrialOutcome, scene};
 
 use super::Course;
 
+/// An experiment whose trials are this short, in control steps.
+pub(super) fn brief(steps: u32) -> Experiment {
+    let mut experiment = Experiment::default();
+    for length in [
+        &mut experiment.reach.steps,
+        &mut experiment.open.steps,
+        &mut experiment.grasp.steps,
+        &mut experiment.transport.steps,
+    ] {
+        *length = steps;
+    }
+    experiment
+}
+
 /// The hand over an object that stands on the table.
 fn seen() -> Observation {
     let object = [-0.3, -0.1, scene::OBJECT_STANDING];

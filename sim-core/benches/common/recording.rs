@@ -6,11 +6,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use selftalk_sim::behaviours::Starts;
 use selftalk_sim::robot::{JOINTS, RobotModel};
-use selftalk_sim::{Behaviour, Draw, Experiment, Genotype, Simulator, body};
+use selftalk_sim::{Behaviour, Draw, Experiment, Genotype, SETTLING, Simulator, body};
 use serde::Serialize;
-
-/// Control steps before a controller's first command.
-const SETTLING: usize = 2;
 
 /// The genes of a controller that evolution found, hexadecimal: the best individual of replication 2 in generation
 /// 1499 of an experiment `elementary` with seed 1, which then succeeded in all 16 trials.
@@ -32,9 +29,7 @@ pub(crate) struct Recording {
 /// # Errors
 /// When the shipped genes are damaged.
 pub(crate) fn champion() -> Result<Genotype, Box<dyn Error>> {
-    let digits: Vec<u32> = CHAMPION.chars().filter_map(|digit| digit.to_digit(16)).collect();
-    let bytes: Vec<u8> = digits.chunks_exact(2).map(|pair| (16 * pair[0] + pair[1]) as u8).collect();
-    Ok(Genotype::from_bytes(&bytes, bytes.len() / 2)?)
+    Ok(Genotype::from_hex(&CHAMPION.split_whitespace().collect::<String>())?)
 }
 
 /// Controllers of random genes.
@@ -66,8 +61,8 @@ impl Recording {
                     angles: trace.start.angles,
                     object: trace.start.object,
                     orientation: trace.start.orientation,
-                    commands: std::iter::repeat_n(settling, SETTLING).chain(given).collect(),
-                    full: SETTLING + behaviour.steps(&Experiment::default()) as usize,
+                    commands: std::iter::repeat_n(settling, SETTLING as usize).chain(given).collect(),
+                    full: (SETTLING + behaviour.steps(&Experiment::default())) as usize,
                 })
             })
             .collect()

@@ -27,6 +27,15 @@ impl Engine {
             Self::Rapier => "rapier",
         }
     }
+
+    /// The one that is not this one.
+    #[must_use]
+    pub const fn other(self) -> Self {
+        match self {
+            Self::Lockstep => Self::Rapier,
+            Self::Rapier => Self::Lockstep,
+        }
+    }
 }
 
 /// Selection and variation (paper, section II.C).

@@ -15,6 +15,9 @@ const STOP_STIFFNESS: f64 = 100.0;
 /// Ratio of a stop's damping to its stiffness, in seconds.
 const STOP_DAMPING: f64 = 0.02;
 
+/// Speed up to which an overlap is undone, m/s.
+const CORRECTION_SPEED: f64 = 0.3;
+
 /// Touch sensors: the palm, then the tips of thumb, index, middle, ring and little finger (paper, section II.B).
 pub const TOUCH_SENSORS: usize = 6;
 

@@ -108,6 +108,16 @@ pub struct Capsule {
     pub radius: f64,
 }
 
+impl Capsule {
+    /// Distance from the capsule's surface to a point of the link's frame; negative inside.
+    #[must_use]
+    pub fn distance(&self, point: &Point3<f64>) -> f64 {
+        let axis = self.end - self.start;
+        let share = ((point - self.start).dot(&axis) / axis.norm_squared()).clamp(0.0, 1.0);
+        (point - (self.start + axis * share)).norm() - self.radius
+    }
+}
+
 /// The palm: a box fixed to the hand, facing along its negative y axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Palm {

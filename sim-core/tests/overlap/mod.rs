@@ -1,6 +1,8 @@
 //! How deep shapes overlap, from scalar kinematics and plain geometry.
 
-use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
+#![allow(dead_code, reason = "each test uses a part of it")]
+
+use nalgebra::{Point3, Vector3};
 use selftalk_sim::physics::Observation;
 use selftalk_sim::robot::{Kinematics, Part, RobotModel};
 use selftalk_sim::scene;
@@ -24,6 +26,11 @@ impl Overlap {
         self.object_table.max(self.capsules_table).max(self.palm_table).max(self.robot_object)
     }
 
+    /// The robot and the table.
+    pub(crate) fn robot_table(&self) -> f64 {
+        self.capsules_table.max(self.palm_table)
+    }
+
     pub(crate) fn of(robot: &RobotModel, seen: &Observation) -> Self {
         let links = Kinematics::new(robot, &seen.angles).links;
         let centre = Point3::from(seen.object);
@@ -39,10 +46,8 @@ impl Overlap {
                 let depth = scene::TABLE - (start.z.min(end.z) - capsule.radius);
                 overlap.capsules_table = overlap.capsules_table.max(depth);
             }
-            let axis = end - start;
-            let share = ((centre - start).dot(&axis) / axis.norm_squared()).clamp(0.0, 1.0);
-            let distance = (centre - (start + axis * share)).norm();
-            overlap.robot_object = overlap.robot_object.max(capsule.radius + scene::OBJECT_RADIUS - distance);
+            let distance = capsule.distance(&(links[capsule.link].inverse() * centre));
+            overlap.robot_object = overlap.robot_object.max(scene::OBJECT_RADIUS - distance);
         }
         let palm = links[robot.palm.link] * robot.palm.pose;
         for corner in 0..8_u8 {
@@ -60,11 +65,16 @@ impl Overlap {
 
 /// How far below its centre the object, a ball cut flat, has its lowest point.
 fn lowest(seen: &Observation) -> f64 {
-    let [w, x, y, z] = seen.orientation;
-    let upright = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)) * Vector3::z()).z;
+    let upright = upright(seen);
     if upright < scene::OBJECT_BASE / scene::OBJECT_RADIUS {
         return scene::OBJECT_RADIUS;
     }
     let rim = (scene::OBJECT_RADIUS * scene::OBJECT_RADIUS - scene::OBJECT_BASE * scene::OBJECT_BASE).sqrt();
     scene::OBJECT_BASE * upright + rim * (1.0 - upright * upright).max(0.0).sqrt()
+}
+
+/// Cosine of the angle between the object's axis and straight up.
+pub(crate) fn upright(seen: &Observation) -> f64 {
+    let [_, x, y, _] = seen.orientation;
+    1.0 - 2.0 * (x * x + y * y)
 }

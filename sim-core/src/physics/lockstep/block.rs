@@ -8,15 +8,14 @@ use super::lanes::{Mask, Real, max, min, reciprocal, splat};
 use super::object::{Object, Twist};
 use super::spatial::{Force, Vec3, vec3};
 use super::tree::{Chain, MAX_FINGER, Tree};
+use crate::physics::CORRECTION_SPEED;
 use crate::robot::{JOINTS, joint};
 use crate::scene;
 
 /// Share of an overlap that is undone in a step ...
 const CORRECTION: f64 = 0.2;
-/// ... beyond this depth, in metres ...
+/// ... beyond this depth, in metres.
 const SLOP: f64 = 0.0002;
-/// ... and at most at this speed, in m/s.
-const CORRECTION_SPEED: f64 = 0.3;
 /// Added to a contact's response, in 1/kg: keeps it invertible where the robot cannot move in some direction.
 const COMPLIANCE: f64 = 1e-6;
 

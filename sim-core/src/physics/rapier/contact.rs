@@ -5,15 +5,13 @@ use rapier3d_f64::prelude::{
 };
 
 use crate::experiment::Physics;
-use crate::physics::CONTROL_STEP;
+use crate::physics::{CONTROL_STEP, CORRECTION_SPEED};
 
 /// Solver iterations of a physics step. Each has a part of the step, with motion, servos and gaps computed anew.
 const SOLVER_ITERATIONS: usize = 4;
 /// A contact's spring, as frequency (Hz) and damping ratio of what it acts between: so stiff that what is held
 /// overlaps by less than 0.1 mm, so damped that it does not swing.
 const SOFTNESS: SpringCoefficients<f64> = SpringCoefficients { natural_frequency: 500.0, damping_ratio: 5.0 };
-/// Speed up to which overlaps are undone, m/s. A trial may begin with a finger in the object, which is not to be kicked.
-const CORRECTION_SPEED: f64 = 0.3;
 
 /// What a shape is. It decides which others it can touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
