@@ -181,7 +181,7 @@ mod tests {
         let network = Network::new(&Genotype::new(genes), &settings(false)).unwrap();
         let mut internal = [0.0; INTERNAL];
         network.step(&[0.0; SENSORS], &mut internal);
-        let expected = 0.25 / (1.0 + libm::exp(-2.0));
+        let expected = 0.25 / (1.0 + libm::exp(-settings(false).slope));
         assert!((internal[0] - expected).abs() < 1e-4, "{} {expected}", internal[0]);
         for _ in 0..200 {
             network.step(&[0.0; SENSORS], &mut internal);

@@ -261,13 +261,16 @@ fn results_are_written_verified_and_found_out() {
     assert_eq!(read("trials.csv").lines().count(), 1 + 2 * 16);
     let document = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results/README.md");
     let document = std::fs::read_to_string(document).unwrap();
-    for file in ["generations.csv", "summary.csv", "best.csv", "trials.csv", "digest.csv"] {
+    for file in ["generations.csv", "summary.csv", "best.csv", "trials.csv", "digest.csv", "workers.csv"] {
         let (_, section) = document.split_once(&format!("### {file}")).unwrap();
         let section = section.split("###").next().unwrap();
         for column in read(file).lines().next().unwrap().split(',') {
             assert!(section.contains(&format!("`{column}`")), "{file}: {column} is not documented");
         }
     }
+    assert_eq!(read("workers.csv").lines().count(), 1 + place.ask("history workers").len());
+    let figure = read("figure.svg");
+    assert!(figure.contains("replication 1") && document.contains("### figure.svg"), "{figure}");
     for digest in place.digests() {
         assert!(read("digest.csv").contains(&digest));
     }

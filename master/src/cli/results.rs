@@ -9,9 +9,11 @@ use super::individuals::{Individual, chosen, foreign};
 use super::work::{bar, crew};
 use super::{Global, select};
 use crate::exit::{Exit, Failure};
-use crate::results::{BestRow, DigestRow, GenerationRow, Results, ResultsError, SummaryRow, TrialRow};
+use crate::results::{
+    BestRow, DigestRow, GenerationRow, Results, ResultsError, SummaryRow, TrialRow, WorkerRow,
+};
 use crate::retest::{CANDIDATES, Crew, Tally, VALIDATION_DRAWS};
-use crate::store::{SqliteStore, StoredExperiment, StoredReplication, kept_bits};
+use crate::store::{SqliteStore, StoredExperiment, StoredReplication, WorkerEntry, kept_bits};
 
 /// Carries out the command.
 ///
@@ -54,6 +56,7 @@ async fn gathered(
         best: Vec::new(),
         trials: Vec::new(),
         digests: Vec::new(),
+        workers: store.list_workers().await?.into_iter().map(worker).collect(),
     };
     let simulator = Simulator::new(&stored.experiment)?;
     for replication in &stored.replications {
@@ -145,6 +148,11 @@ fn trials(individual: &Individual, simulator: &Simulator) -> Vec<TrialRow> {
         steps: outcome.steps,
     });
     rows.collect()
+}
+
+fn worker(entry: WorkerEntry) -> WorkerRow {
+    let WorkerEntry { slots, version, joined_at, left_at, .. } = entry;
+    WorkerRow { slots, version, joined_at, left_at }
 }
 
 impl From<ResultsError> for Failure {

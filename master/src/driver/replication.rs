@@ -5,7 +5,7 @@ use std::sync::Arc;
 use tokio_util::sync::CancellationToken;
 
 use super::board::{Last, Place};
-use super::round::Round;
+use super::round::{Known, Round};
 use super::{DriverError, RunEnd, Study};
 use crate::evolution::{Scored, founders, ranking, reproduce};
 use crate::service::Handle;
@@ -35,7 +35,7 @@ impl<S: Store> Replication<S> {
             Some(last) => reproduce(&study.experiment, &last.population, &last.ranking),
             None => founders(&study.experiment, study.simulator.gene_count(), stored.number),
         };
-        let round = Round::begin(&study, &handle, population).await;
+        let round = Round::begin(&study, &handle, population, &Known::default()).await;
         Ok(Self { study, id: stored.id, store, handle, place, round })
     }
 
@@ -64,7 +64,8 @@ impl<S: Store> Replication<S> {
             None
         } else {
             let children = reproduce(&self.study.experiment, &self.round.population, &ranking);
-            Some(Round::begin(&self.study, &self.handle, children).await)
+            let known = self.round.known(&self.study, &evaluated);
+            Some(Round::begin(&self.study, &self.handle, children, &known).await)
         };
         let population = &self.round.population;
         let commit = GenerationCommit {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use selftalk_proto::UnitKey;
-use selftalk_sim::{Genotype, TrialOutcome};
+use selftalk_sim::{Draw, Genotype, TrialOutcome};
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::Instant;
 
@@ -14,6 +14,21 @@ use crate::evolution::{Population, Scored, distinct, draw, score};
 use crate::scheduler::Work;
 use crate::service::{Handle, UnitEnd};
 use crate::store::Evaluated;
+
+/// What the genotypes of a generation came to: the next one need not run them again if it has the same draw.
+#[derive(Debug, Default)]
+pub(super) struct Known {
+    draw: Option<Draw>,
+    results: HashMap<Arc<Genotype>, Evaluated>,
+}
+
+impl Known {
+    /// A result that was given up is not known: the genotype gets another chance.
+    fn get(&self, draw: Draw, genotype: &Genotype) -> Option<&Evaluated> {
+        let result = self.results.get(genotype).filter(|_| self.draw == Some(draw))?;
+        result.failure.is_none().then_some(result)
+    }
+}
 
 /// A generation whose distinct genotypes are being evaluated.
 #[derive(Debug)]
@@ -29,21 +44,25 @@ pub(super) struct Round {
 }
 
 impl Round {
-    /// Submits a generation.
-    pub(super) async fn begin(study: &Study, handle: &Handle, population: Population) -> Self {
+    /// Submits a generation, but for what is known.
+    pub(super) async fn begin(study: &Study, handle: &Handle, population: Population, known: &Known) -> Self {
         let Population { replication, generation, .. } = population;
         let draw = draw(&study.experiment, replication, generation);
         let distinct = distinct(&population);
         let mut works = Vec::with_capacity(distinct.len());
         let mut places = HashMap::with_capacity(distinct.len());
-        for (place, member) in distinct.iter().enumerate() {
-            let genotype = Arc::clone(&population.members[*member as usize].genotype);
+        let mut results = vec![None; distinct.len()];
+        for (place, &member) in distinct.iter().enumerate() {
+            let genotype = Arc::clone(&population.members[member as usize].genotype);
+            if let Some(result) = known.get(draw, &genotype) {
+                results[place] = Some(Evaluated { member, ..result.clone() });
+                continue;
+            }
             let trials = 0..study.simulator.trial_count();
             let key = UnitKey::of(&study.toml, draw, &genotype, &trials);
             places.insert(key, place);
             works.push(Arc::new(Work { key, experiment: study.number, draw, genotype, trials }));
         }
-        let results = vec![None; distinct.len()];
         let ends = handle.submit(works).await;
         Self { population, distinct, places, ends, results, begun: Instant::now() }
     }
@@ -71,6 +90,16 @@ impl Round {
         let members = self.population.members.iter();
         let scored = members.map(|member| worth.get(&*member.genotype).copied().unwrap_or(nothing)).collect();
         (results, scored)
+    }
+
+    /// What the next generation need not find out again.
+    pub(super) fn known(&self, study: &Study, results: &[Evaluated]) -> Known {
+        let Population { replication, generation, members } = &self.population;
+        let genotype = |result: &Evaluated| Arc::clone(&members[result.member as usize].genotype);
+        Known {
+            draw: Some(draw(&study.experiment, *replication, *generation)),
+            results: results.iter().map(|result| (genotype(result), result.clone())).collect(),
+        }
     }
 
     /// Time since the generation was submitted.

@@ -7,6 +7,7 @@ use std::time::Duration;
 use selftalk_proto::v1::evaluation_client::EvaluationClient;
 use selftalk_proto::{Answer, FromMaster, FromWorker, Hello, PROTOCOL, RefusalReason, Unit, UnitResult, v1};
 use selftalk_worker::{Config, End, WorkerError};
+use selftalk_sim::TrialOutcome;
 use tempfile::TempDir;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
@@ -291,6 +292,32 @@ async fn units_that_always_fail_are_set_aside_and_said_to_be() {
         assert!(evaluated.outcomes.iter().all(|outcome| outcome.score == 0.0 && !outcome.success));
     }
     assert!(record.scored.iter().all(|scored| scored.fitness == 0.0));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_known_of_a_draw_is_not_run_again() {
+    // Generations 0 and 1 have one draw, 2 and 3 another one; all children are copies.
+    let experiment = small(&["replications=1", "evolution.mutation=0.0"]);
+    let folder = TempDir::new().unwrap();
+    let site = Site::open(folder.path(), &experiment, ANYWHERE).await;
+    let nothing = TrialOutcome { score: 0.5, success: false, steps: 1 };
+    let answer = |unit: &Unit| UnitResult {
+        key: unit.key,
+        answer: Answer::Outcomes(vec![nothing; unit.trials.len()]),
+    };
+    let mut units = 0;
+    talk(&site, FromWorker::Hello(hello()).into(), |message| match message {
+        FromMaster::Lease(leased) => {
+            units += leased.len();
+            Some(vec![FromWorker::Results(leased.iter().map(answer).collect())])
+        }
+        FromMaster::Farewell { .. } => None,
+        _ => Some(Vec::new()),
+    })
+    .await;
+    assert_eq!(site.end().await, RunEnd::Finished);
+    // All are equal, so only the first founder has descendants in generation 2.
+    assert_eq!(units, 20 + 1, "the founders, and what is left of them in the second draw");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

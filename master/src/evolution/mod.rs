@@ -122,6 +122,7 @@ mod tests {
     #[test]
     fn a_draw_lasts_as_long_as_the_experiment_says() {
         let mut experiment = Experiment::default();
+        experiment.evolution.draws_every = 1;
         assert_eq!(draw(&experiment, 2, 7), Draw { replication: 2, generation: 7 });
         experiment.evolution.draws_every = 3;
         let draws: Vec<u32> = (5..10).map(|generation| draw(&experiment, 0, generation).generation).collect();

@@ -8,7 +8,7 @@ use selftalk_sim::Experiment;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{Results, ResultsError};
+use super::{Results, ResultsError, figure};
 
 const EXPERIMENT: &str = "experiment.toml";
 const GENERATIONS: &str = "generations.csv";
@@ -16,6 +16,8 @@ const SUMMARY: &str = "summary.csv";
 const BEST: &str = "best.csv";
 const TRIALS: &str = "trials.csv";
 const DIGESTS: &str = "digest.csv";
+const WORKERS: &str = "workers.csv";
+const FIGURE: &str = "figure.svg";
 
 /// Makes sure that a folder can be written to: it is created, or there and empty.
 pub(super) fn prepare(folder: &Path) -> Result<(), ResultsError> {
@@ -32,7 +34,10 @@ pub(super) fn write(results: &Results, folder: &Path) -> Result<(), ResultsError
     write_rows(&folder.join(SUMMARY), &results.summary)?;
     write_rows(&folder.join(BEST), &results.best)?;
     write_rows(&folder.join(TRIALS), &results.trials)?;
-    write_rows(&folder.join(DIGESTS), &results.digests)
+    write_rows(&folder.join(DIGESTS), &results.digests)?;
+    write_rows(&folder.join(WORKERS), &results.workers)?;
+    let path = folder.join(FIGURE);
+    figure::draw(results, &path).map_err(|error| ResultsError::File { path, reason: error.to_string() })
 }
 
 pub(super) fn read(folder: &Path) -> Result<Results, ResultsError> {
@@ -45,6 +50,7 @@ pub(super) fn read(folder: &Path) -> Result<Results, ResultsError> {
         best: read_rows(&folder.join(BEST))?,
         trials: read_rows(&folder.join(TRIALS))?,
         digests: read_rows(&folder.join(DIGESTS))?,
+        workers: read_rows(&folder.join(WORKERS))?,
     })
 }
 
@@ -70,7 +76,7 @@ fn failed(path: &Path, error: &io::Error) -> ResultsError {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{BestRow, DigestRow, GenerationRow, SummaryRow, TrialRow};
+    use super::super::{BestRow, DigestRow, GenerationRow, SummaryRow, TrialRow, WorkerRow};
     use super::*;
 
     fn results() -> Results {
@@ -128,6 +134,15 @@ mod tests {
                 sha256: "00".to_owned(),
                 fingerprint: "11".to_owned(),
             }],
+            workers: [None, Some("2026-01-01T00:01:00Z".to_owned())]
+                .into_iter()
+                .map(|left_at| WorkerRow {
+                    slots: 2,
+                    version: "0.1.0".to_owned(),
+                    joined_at: "2026-01-01T00:00:00Z".to_owned(),
+                    left_at,
+                })
+                .collect(),
         }
     }
 
@@ -144,6 +159,8 @@ mod tests {
                       fresh_grasp,fresh_move";
         assert_eq!(lines.next(), Some(header));
         assert_eq!(lines.next(), Some("0,1,,10,1.0,0.0,0.25,0.98"));
+        let figure = fs::read_to_string(folder.join(FIGURE)).unwrap();
+        assert!(figure.contains("replication 0") && figure.trim_end().ends_with("</svg>"), "{figure}");
         assert_eq!(results.trials[0].outcome().unwrap().score, 1.0 / 3.0);
     }
 

@@ -4,6 +4,7 @@
 //! The individuals in it can be run again from the folder alone.
 
 mod check;
+mod figure;
 mod files;
 
 use std::path::{Path, PathBuf};
@@ -67,6 +68,8 @@ pub struct Results {
     pub trials: Vec<TrialRow>,
     /// The checksums of the replications' histories.
     pub digests: Vec<DigestRow>,
+    /// The workers that ran it.
+    pub workers: Vec<WorkerRow>,
 }
 
 /// A line of `generations.csv`: a generation.
@@ -169,6 +172,19 @@ pub struct DigestRow {
     pub sha256: String,
     /// Identifies the simulator with which it was run.
     pub fingerprint: String,
+}
+
+/// A line of `workers.csv`: a worker's connection to the master.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WorkerRow {
+    /// Threads it ran trials on.
+    pub slots: u32,
+    /// Its release.
+    pub version: String,
+    /// When it joined: RFC 3339, UTC.
+    pub joined_at: String,
+    /// When it left; none if the master was killed meanwhile.
+    pub left_at: Option<String>,
 }
 
 impl TrialRow {

@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn closeness_pulls_from_afar_and_harder_nearby() {
-        let settings = Near::default();
+        let settings = Near { full: 0.04, wide: 0.26, narrow: 0.08 };
         assert_eq!(near(&settings, 0.04), 1.0);
         assert_eq!(near(&settings, 0.31), 0.0);
         let far = near(&settings, 0.20) - near(&settings, 0.21);

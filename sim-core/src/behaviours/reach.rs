@@ -4,9 +4,6 @@ use super::goal::{Condition, Quantity, reached};
 use super::{Judgement, View, graded_alignment, near};
 use crate::experiment::Reach;
 
-/// Cosine from which on the palm counts as facing down.
-const FULL_ALIGNMENT: f64 = 0.85;
-
 pub(super) fn conditions(settings: &Reach, view: &View<'_>) -> [Condition; 1] {
     [Condition::below(Quantity::PalmToTop, view.palm_to_object(), settings.goal_distance)]
 }
@@ -15,9 +12,7 @@ pub(super) fn judge(settings: &Reach, view: &View<'_>) -> Judgement {
     let conditions = conditions(settings, view);
     let [distance] = conditions.map(|condition| condition.value);
     let closeness = near(&settings.near, distance);
+    let alignment = graded_alignment(view.alignment(), settings.full_alignment);
     let weight = settings.near_weight;
-    Judgement {
-        reward: weight * closeness + (1.0 - weight) * graded_alignment(view.alignment(), FULL_ALIGNMENT),
-        goal: reached(&conditions),
-    }
+    Judgement { reward: weight * closeness + (1.0 - weight) * alignment, goal: reached(&conditions) }
 }

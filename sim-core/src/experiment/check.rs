@@ -57,6 +57,7 @@ fn behaviours(experiment: &Experiment) -> Result<(), Problem> {
     within("reach.goal_distance", reach.goal_distance, DISTANCE)?;
     near("reach.near", &reach.near)?;
     within("reach.near_weight", reach.near_weight, 0.0..=1.0)?;
+    within("reach.full_alignment", reach.full_alignment, -0.9..=1.0)?;
     within("open.steps", open.steps, STEPS)?;
     within("open.goal_distance", open.goal_distance, DISTANCE)?;
     within("open.goal_extension", open.goal_extension, 0.0..=1.0)?;

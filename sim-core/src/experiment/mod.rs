@@ -130,7 +130,9 @@ impl Experiment {
     }
 
     fn read(text: &str, overrides: &[String]) -> Result<Self, Problem> {
-        let mut table: Table = text.parse().map_err(|error| syntax(text, &error))?;
+        // What is not given is as by default, key by key: a table that is given in part too.
+        let mut table: Table = Self::default().to_toml().parse().unwrap_or_default();
+        merge(&mut table, text.parse().map_err(|error| syntax(text, &error))?);
         for text in overrides {
             apply_override(&mut table, text)?;
         }
@@ -157,6 +159,18 @@ fn syntax(text: &str, error: &toml::de::Error) -> Problem {
     let start = error.span().map_or(0, |span| span.start.min(text.len()));
     let line = text.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
     Problem::Syntax { line, reason: error.message().to_owned() }
+}
+
+/// Puts the values of one table in the places of another's.
+fn merge(into: &mut Table, from: Table) {
+    for (key, value) in from {
+        match (into.get_mut(&key), value) {
+            (Some(Value::Table(into)), Value::Table(from)) => merge(into, from),
+            (_, value) => {
+                into.insert(key, value);
+            }
+        }
+    }
 }
 
 fn apply_override(table: &mut Table, text: &str) -> Result<(), Problem> {
@@ -254,8 +268,9 @@ mod tests {
 
     #[test]
     fn keys_left_out_of_a_nested_table_keep_their_defaults() {
-        let experiment = Experiment::from_toml("x.toml", "[reach.near]\nfull = 0.05\n", &[]).unwrap();
-        assert_eq!(experiment.reach.near, Near { full: 0.05, ..Near::default() });
+        let experiment = Experiment::from_toml("x.toml", "[grasp.near]\nfull = 0.05\n", &[]).unwrap();
+        assert_eq!(experiment.grasp.near, Near { full: 0.05, ..Grasp::default().near });
+        assert_ne!(experiment.grasp.near.narrow, Near::default().narrow, "GRASP has its own");
     }
 
     #[test]

@@ -63,7 +63,7 @@ impl Default for Evolution {
             parents: 20,
             offspring: 5,
             mutation: 0.00005,
-            draws_every: 1,
+            draws_every: 20,
             stop_at_optimum: false,
         }
     }
@@ -87,7 +87,7 @@ pub struct Controller {
 
 impl Default for Controller {
     fn default() -> Self {
-        Self { weight_range: 1.0, slope: 2.0, position_scale: 0.05, position_limit: 2.0, recurrent: false }
+        Self { weight_range: 1.0, slope: 3.0, position_scale: 0.1, position_limit: 2.5, recurrent: false }
     }
 }
 
@@ -182,7 +182,7 @@ pub struct Near {
 
 impl Default for Near {
     fn default() -> Self {
-        Self { full: 0.04, wide: 0.26, narrow: 0.08 }
+        Self { full: 0.04, wide: 0.26, narrow: 0.2 }
     }
 }
 
@@ -198,11 +198,20 @@ pub struct Reach {
     pub near: Near,
     /// Weight of closeness in the graded reward; the rest is the palm's alignment with straight down.
     pub near_weight: f64,
+    /// Cosine of the angle between the palm's outward normal and straight down from which on alignment is fully
+    /// rewarded.
+    pub full_alignment: f64,
 }
 
 impl Default for Reach {
     fn default() -> Self {
-        Self { steps: 60, goal_distance: 0.06, near: Near::default(), near_weight: 0.75 }
+        Self {
+            steps: 40,
+            goal_distance: 0.06,
+            near: Near::default(),
+            near_weight: 0.75,
+            full_alignment: 0.85,
+        }
     }
 }
 
@@ -229,7 +238,7 @@ pub struct Open {
 impl Default for Open {
     fn default() -> Self {
         Self {
-            steps: 60,
+            steps: 40,
             goal_distance: 0.06,
             goal_extension: 0.7,
             goal_alignment: 0.85,
@@ -263,10 +272,10 @@ pub struct Grasp {
 impl Default for Grasp {
     fn default() -> Self {
         Self {
-            steps: 60,
+            steps: 40,
             goal_distance: 0.04,
             goal_touches: 3,
-            near: Near::default(),
+            near: Near { narrow: 0.08, ..Near::default() },
             near_weight: 0.5,
             flexion_weight: 0.2,
             full_flexion: 0.5,
@@ -295,10 +304,10 @@ pub struct Move {
 impl Default for Move {
     fn default() -> Self {
         Self {
-            steps: 80,
+            steps: 60,
             goal_distance: 0.06,
             near: Near::default(),
-            near_weight: 0.6,
+            near_weight: 0.8,
             held_touches: 2,
             held_height: 0.04,
         }

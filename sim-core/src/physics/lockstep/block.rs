@@ -1,6 +1,6 @@
 //! A contact's three rows: how surfaces that touch respond to an impulse, and a Gauss-Seidel step on it.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
 use super::contact::Contact;
 use super::dynamics::Factor;
@@ -249,6 +249,10 @@ impl<S: Simd> Block<S> {
     ) -> Real<S> {
         let zero = splat(simd, 0.0);
         let active = self.close & moving;
+        if !active.any_true() {
+            self.change = [zero; 3];
+            return zero;
+        }
         let [vn, vs, vt] = self.velocity(simd, velocities);
         let [n, s, t] = self.impulse;
         // Friction at its limit grows with the normal impulse. Where it lifts the contact, it does a part of the work.
@@ -258,15 +262,19 @@ impl<S: Simd> Block<S> {
         let dn = active.select(normal - n, zero);
         let (vs, vt) = (vs + self.coupling[0] * dn, vt + self.coupling[1] * dn);
         let limit = (n + dn) * friction;
-        // Sticking: what stops both tangents. Sliding: along the motion, however unequally the tangents respond.
+        // Sticking: what stops both tangents.
         let [a, b, c] = self.inverse;
-        let stuck = [s - (a * vs + b * vt), t - (b * vs + c * vt)];
-        let slides = (stuck[0] * stuck[0] + stuck[1] * stuck[1]).simd_gt(limit * limit);
-        let slid = [s - vs * self.yielding, t - vt * self.yielding];
-        let square = slid[0] * slid[0] + slid[1] * slid[1];
-        let scale = square.simd_gt(limit * limit).select(limit / square.sqrt(), splat(simd, 1.0));
-        let ds = active.select(slides.select(slid[0] * scale, stuck[0]) - s, zero);
-        let dt = active.select(slides.select(slid[1] * scale, stuck[1]) - t, zero);
+        let mut held = [s - (a * vs + b * vt), t - (b * vs + c * vt)];
+        let slides = (held[0] * held[0] + held[1] * held[1]).simd_gt(limit * limit);
+        if (slides & active).any_true() {
+            // Sliding: along the motion, however unequally the tangents respond.
+            let slid = [s - vs * self.yielding, t - vt * self.yielding];
+            let square = slid[0] * slid[0] + slid[1] * slid[1];
+            let scale = square.simd_gt(limit * limit).select(limit / square.sqrt(), splat(simd, 1.0));
+            held = [slides.select(slid[0] * scale, held[0]), slides.select(slid[1] * scale, held[1])];
+        }
+        let ds = active.select(held[0] - s, zero);
+        let dt = active.select(held[1] - t, zero);
         self.impulse = [n + dn, s + ds, t + dt];
         self.change = [dn, ds, dt];
         self.apply([dn, ds, dt], velocities);
