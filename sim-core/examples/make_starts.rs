@@ -3,12 +3,14 @@
 //! All postures belong to one family: inverse kinematics from one preferred posture, found by random search for one
 //! from which a scripted grasp lifts the object in all four areas. Each grasp is tried in the physics engine, with the
 //! object moved a little and the fingers closed at once or slowly, and has to lift the object every time, between the
-//! thumb and at least two other fingers or the palm.
+//! thumb and at least two other fingers or the palm. OPEN starts with the object under the palm, where it is enough to
+//! stretch the fingers.
 //!
 //! Run from the repository's root, and look at the difference before keeping it:
 //! `cargo run --release -p selftalk-sim --example make_starts > starts.toml && mv starts.toml sim-core/assets/`
 
 use std::error::Error;
+use std::ops::RangeInclusive;
 
 use nalgebra::Point3;
 use selftalk_sim::behaviours::{InHand, Start, Starts};
@@ -53,8 +55,9 @@ const CLOSING: [u32; 2] = [1, 10];
 
 /// How high the object is lifted for MOVE, in metres.
 const LIFT: f64 = 0.08;
-/// How much higher than for GRASP the closed hand of OPEN is, in metres.
-const OPEN_HEIGHT: f64 = 0.035;
+/// Where the object's centre is in the hand's frame when the closed hand of OPEN is over it, in metres: under the palm,
+/// which is 4.9 cm from its top, so that the fingers open beside it and do not sweep it away.
+const UNDER_PALM: [f64; 3] = [0.04, -0.096, 0.012];
 /// Where the hand's grip point is at the start of REACH, in metres: away from all areas.
 const FAR: [[f64; 3]; 4] =
     [[-0.24, -0.26, 0.16], [-0.26, -0.27, 0.13], [-0.28, -0.24, 0.18], [-0.25, -0.25, 0.20]];
@@ -81,12 +84,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             scene::AREAS_CENTRE[1] + direction[1] * scene::AREAS_DISTANCE,
             scene::OBJECT_STANDING,
         ];
-        let (over, slope, state) = grasp_and_lift(&robot, engine.as_mut(), object, &centre)
+        let (over, state) = grasp_and_lift(&robot, engine.as_mut(), object, &centre)
             .ok_or_else(|| format!("no grasp at {object:?}"))?;
-        let [x, y, z] = object;
-        let above =
-            nearest_slope(&robot, [x, y, z + OPEN_HEIGHT], slope, &over).ok_or("OPEN is out of reach")?;
-        let away = nearest_slope(&robot, far, [0.0; 2], &centre)
+        let above = most_level(&robot, UNDER_PALM, object, &over).ok_or("OPEN is out of reach")?;
+        let away = slopes()
+            .into_iter()
+            .find_map(|[tilt, roll]| bring(&robot, far, tilt, roll, &centre))
             .ok_or_else(|| format!("REACH from {far:?} is out of reach"))?;
         reach.push(still(with_flexion(&robot, away, AT_REST)));
         open.push(still(with_flexion(&robot, above, CLOSED)));
@@ -124,20 +127,29 @@ fn bring(
 
 /// Slopes of the hand to try, as differences from the preferred one, the smallest first.
 fn slopes() -> Vec<[f64; 2]> {
-    let sides = [-0.6, -0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45, 0.6];
-    let mut slopes: Vec<[f64; 2]> = sides.iter().flat_map(|a| sides.map(|b| [*a, b])).collect();
-    let size = |s: &[f64; 2]| s[0] * s[0] + s[1] * s[1];
-    slopes.sort_by(|a, b| size(a).total_cmp(&size(b)));
-    slopes
+    sorted(-4..=4, 0.15)
 }
 
-fn nearest_slope(
+/// All pairs of multiples of a step, the smallest first.
+fn sorted(multiples: RangeInclusive<i32>, step: f64) -> Vec<[f64; 2]> {
+    let sides: Vec<f64> = multiples.map(|multiple| f64::from(multiple) * step).collect();
+    let mut pairs: Vec<[f64; 2]> = sides.iter().flat_map(|a| sides.iter().map(|b| [*a, *b])).collect();
+    let size = |s: &[f64; 2]| s[0] * s[0] + s[1] * s[1];
+    pairs.sort_by(|a, b| size(a).total_cmp(&size(b)));
+    pairs
+}
+
+/// The posture that brings a point of the hand somewhere with the palm as level as possible.
+fn most_level(
     robot: &RobotModel,
+    point: [f64; 3],
     at: [f64; 3],
-    slope: [f64; 2],
     start: &[f64; JOINTS],
 ) -> Option<[f64; JOINTS]> {
-    slopes().into_iter().find_map(|[tilt, roll]| bring(robot, at, slope[0] + tilt, slope[1] + roll, start))
+    sorted(-28..=28, 0.025).into_iter().find_map(|[tilt, roll]| {
+        let goal = HandGoal { point: Point3::from(point), position: Point3::from(at), tilt, roll };
+        robot.bring_hand(&goal, start)
+    })
 }
 
 fn with_flexion(robot: &RobotModel, mut angles: [f64; JOINTS], share: f64) -> [f64; JOINTS] {
@@ -175,14 +187,14 @@ fn still(angles: [f64; JOINTS]) -> Start {
     Start { angles: rounded(angles), in_hand: None }
 }
 
-/// The posture over the object, how it slopes, and the state in which the object was lifted and is held.
+/// The posture over the object, and the state in which the object was lifted and is held.
 fn grasp_and_lift(
     robot: &RobotModel,
     engine: &mut dyn Engine,
     object: [f64; 3],
     centre: &[f64; JOINTS],
-) -> Option<([f64; JOINTS], [f64; 2], Start)> {
-    slopes().into_iter().find_map(|slope @ [tilt, roll]| {
+) -> Option<([f64; JOINTS], Start)> {
+    slopes().into_iter().find_map(|[tilt, roll]| {
         let [x, y, z] = object;
         let hand = bring(robot, object, tilt, roll, centre)?;
         let over = stretched(robot, hand);
@@ -218,7 +230,7 @@ fn grasp_and_lift(
                 targets: rounded(lifted),
             };
             let state = Start { angles: rounded(seen.angles), in_hand: Some(in_hand) };
-            (over, slope, state)
+            (over, state)
         })
     })
 }

@@ -6,7 +6,7 @@ mod overlap;
 
 use nalgebra::{Point3, Vector3};
 use overlap::Overlap;
-use selftalk_sim::behaviours::{Start, Starts};
+use selftalk_sim::behaviours::{Behaviour, Condition, Start, Starts, View};
 use selftalk_sim::experiment::{Engine as Kind, Experiment};
 use selftalk_sim::physics::{Engine, Instructions, Observation, engine};
 use selftalk_sim::robot::{HandGoal, JOINTS, Kinematics, RobotModel, joint};
@@ -116,6 +116,29 @@ fn a_grasped_object_is_lifted_moved_and_held() {
         assert!(slipped < 0.001, "{kind:?}: slipped by {slipped} m in 2 s");
         let shifted = (scene.in_hand() - gripped).norm();
         assert!(shifted < 0.02, "{kind:?}: shifted in the hand by {shifted} m from grasp to end");
+    }
+}
+
+#[test]
+fn where_open_starts_it_is_enough_to_stretch_the_fingers() {
+    let experiment = Experiment::default();
+    for kind in Kind::ALL {
+        for (start, [x, y]) in Starts::shipped().unwrap().open.iter().zip(scene::AREA_DIRECTIONS) {
+            let object = [
+                scene::AREAS_CENTRE[0] + x * scene::AREAS_DISTANCE,
+                scene::AREAS_CENTRE[1] + y * scene::AREAS_DISTANCE,
+            ];
+            let mut scene = Scene::new(kind, start, object, 1.0);
+            let mut stretched = scene.commanded;
+            for i in joint::FLEXION {
+                stretched[i] = scene.robot.joints[i].angle(0.05);
+            }
+            scene.drive(stretched, 1);
+            scene.drive(stretched, SECOND / 2);
+            let view = View { robot: &scene.robot, observation: &scene.see(), target: [0.0; 3] };
+            let conditions = Behaviour::Open.conditions(&experiment, &view);
+            assert!(conditions.iter().all(Condition::holds), "{kind:?}: {conditions:?}");
+        }
     }
 }
 

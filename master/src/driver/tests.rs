@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use selftalk_proto::v1::evaluation_client::EvaluationClient;
 use selftalk_proto::{Answer, FromMaster, FromWorker, Hello, PROTOCOL, RefusalReason, Unit, UnitResult, v1};
-use selftalk_worker::{Config, End, WorkerError};
 use selftalk_sim::TrialOutcome;
+use selftalk_worker::{Config, End, WorkerError};
 use tempfile::TempDir;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
