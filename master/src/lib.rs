@@ -9,4 +9,5 @@ pub mod results;
 pub mod retest;
 pub mod scheduler;
 pub mod service;
+pub mod statistics;
 pub mod store;

@@ -143,7 +143,7 @@ fn only_the_store_knows_sql() {
 #[test]
 fn pure_modules_stay_pure() {
     let files = files();
-    for folder in ["master/src/evolution/", "master/src/scheduler/"] {
+    for folder in ["master/src/evolution/", "master/src/scheduler/", "master/src/statistics/"] {
         assert!(files.keys().any(|path| path.starts_with(folder)), "{folder} is gone");
         for (path, text) in sources(&files).filter(|(path, _)| path.starts_with(folder)) {
             assert_without(path, text, IMPURE);
@@ -183,6 +183,7 @@ fn a_module_of_the_simulator_knows_those_below_it_only() {
 fn a_module_of_the_master_knows_those_below_it_only() {
     let files = files();
     for (module, others) in [
+        ("statistics", "evolution scheduler store service driver master retest results exit cli"),
         ("evolution", "scheduler store service driver master retest results exit cli"),
         ("scheduler", "evolution store service driver master retest results exit cli"),
         ("store", "scheduler service driver master retest results exit cli"),

@@ -1,6 +1,7 @@
 //! The results that are kept with the source come out again, as long as the simulator is the one they were made with.
 
-#![expect(clippy::unwrap_used, reason = "a test may panic")]
+// A test may panic.
+#![allow(clippy::unwrap_used)]
 
 use std::fs;
 use std::path::Path;

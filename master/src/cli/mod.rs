@@ -3,6 +3,7 @@
 pub mod args;
 mod behaviours;
 mod choose;
+pub mod compare;
 mod conduct;
 pub mod digest;
 pub mod evaluate;
@@ -41,6 +42,7 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::History(args) => history::run(args, &global).await,
         Command::Show(args) => show::run(args, &global).await,
         Command::Evaluate(args) => evaluate::run(args, &global).await,
+        Command::Compare(args) => compare::run(args, &global).await,
         Command::Transfer(args) => transfer::run(args, &global).await,
         Command::Verify(args) => verify::run(args, &global).await,
         Command::Results(args) => results::run(args, &global).await,

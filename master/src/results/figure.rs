@@ -15,6 +15,7 @@ const POINTS: u32 = 75;
 
 type Drawn = Result<(), Box<dyn Error>>;
 type Curve = Vec<(f64, f64)>;
+type Successes = fn(&GenerationRow) -> u32;
 
 /// Draws the curves of all replications, and of each behaviour over all replications.
 pub(super) fn draw(results: &Results, path: &Path) -> Drawn {
@@ -33,7 +34,7 @@ pub(super) fn draw(results: &Results, path: &Path) -> Drawn {
         })
         .collect();
     panel(&left, "Successful trials of the best individual, of 16", generations, 16.0, &replications)?;
-    let behaviours: [(&str, fn(&GenerationRow) -> u32); 4] = [
+    let behaviours: [(&str, Successes); 4] = [
         ("REACH", |row| row.reach),
         ("OPEN", |row| row.open),
         ("GRASP", |row| row.grasp),

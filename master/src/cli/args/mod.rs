@@ -5,8 +5,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+mod compare;
 mod individuals;
 
+pub use compare::{CompareArgs, Measure};
 pub use individuals::{EvaluateArgs, Fresh, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which};
 
 const EXIT_CODES: &str = "\
@@ -88,6 +90,8 @@ pub enum Command {
     Show(ShowArgs),
     /// Run individuals in fresh trials, which no evolution has used
     Evaluate(EvaluateArgs),
+    /// Whether an experiment's replications do better than another's
+    Compare(CompareArgs),
     /// Run individuals in another physics engine, in the same fresh trials as in their own
     Transfer(TransferArgs),
     /// Run stored individuals again and compare what comes out with what is stored
