@@ -132,7 +132,10 @@ impl<S: Simd> Lockstep<S> {
         let mut velocities = Velocities { robot: whitened, object: object.twist };
         solver.solve(simd, settings, &mut velocities);
         object.twist = velocities.object;
-        dynamics::recover(simd, tree, factor, &velocities.robot, &mut self.joints.velocities);
+        // Where nothing touches the robot, its velocities are those from before.
+        if contacts.iter().any(|contact| contact.link.is_some()) {
+            dynamics::recover(simd, tree, factor, &velocities.robot, &mut self.joints.velocities);
+        }
         self.drift();
         kinematics::forward(simd, &self.tree, &self.joints.angles, &mut self.poses);
     }
