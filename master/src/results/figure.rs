@@ -61,7 +61,9 @@ fn curve(values: impl Iterator<Item = (u32, u32)>, generations: u32) -> Curve {
         *sum += value;
     }
     let middles = (0..).map(|stretch| (f64::from(stretch) + 0.5) * f64::from(length));
-    let points = middles.zip(stretches).filter(|(_, (count, _))| *count > 0);
+    // Of generations that few replications have yet, the mean would say something else.
+    let most = stretches.iter().map(|(count, _)| *count).max().unwrap_or_default();
+    let points = middles.zip(stretches).filter(|(_, (count, _))| *count > 0 && 2 * count >= most);
     points.map(|(middle, (count, sum))| (middle, f64::from(sum) / f64::from(count))).collect()
 }
 
@@ -95,7 +97,7 @@ fn panel(
     }
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::LowerRight)
+        .position(SeriesLabelPosition::UpperLeft)
         .background_style(WHITE.mix(0.8))
         .border_style(BLACK.mix(0.2))
         .draw()?;
@@ -110,6 +112,8 @@ mod tests {
     fn a_point_is_the_mean_of_its_stretch() {
         let values = [(0, 1), (1, 2), (2, 6), (1, 4), (2, 8)];
         assert_eq!(curve(values.into_iter(), 4), [(0.5, 1.0), (1.5, 3.0), (2.5, 7.0)]);
+        let uneven = [(0, 1), (0, 2), (0, 3), (1, 9)];
+        assert_eq!(curve(uneven.into_iter(), 2), [(0.5, 2.0)], "one of three is too few");
         let long = curve((0..200).map(|generation| (generation, generation / 100)), 200);
         assert_eq!(long.len(), 67);
         assert_eq!(long[0], (1.5, 0.0));
