@@ -196,9 +196,9 @@ fn an_honest_history_is_verified() {
 fn a_history_that_was_tampered_with_is_found_out_by_name() {
     let place = Place::with_history(GENERATIONS);
     let sound = place.read("history.db");
-    let best = &place.ask("history individuals --best --replication 0 --generation 2")[0];
-    let (number, rank) =
-        (&best["evaluated_as"], "UPDATE individual SET rank = 19 - rank WHERE generation = 3");
+    // The first individual: verify stops naming mismatches after some.
+    let number = 0;
+    let rank = "UPDATE individual SET rank = 19 - rank WHERE generation = 3";
     let outcome = |what: &str| format!("UPDATE trial SET {what} WHERE replication_id = 1 AND generation = 2");
     for (statement, words) in [
         (outcome("score = score + 1e-9"), format!("small/0/2/{number}: trial 5: score 0.")),

@@ -18,7 +18,9 @@ fn digest(instructions: Instructions, replication: u32) -> String {
     let mut digest = HistoryDigest::new();
     let mut population = founders(&experiment, simulator.gene_count(), replication);
     for generation in 0..experiment.generations {
-        let draw = Draw { replication, generation };
+        // Drawn anew in every so many generations.
+        let draw =
+            Draw { replication, generation: generation - generation % experiment.evolution.draws_every };
         let evaluate = |member: &u32| {
             let genotype = Arc::clone(&population.members[*member as usize].genotype);
             let outcomes = simulator.evaluate(&genotype, draw, 0..simulator.trial_count()).unwrap();
