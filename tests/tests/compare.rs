@@ -31,7 +31,10 @@ fn experiments_of_a_history_are_compared() {
     assert_eq!(pair["median_a"].as_f64().unwrap(), (small[0] + small[1]) / 2.0);
     assert_eq!(pair["p"], pair["p_holm"], "one pair needs no correction");
 
-    place.run("compare small").refused(2);
+    assert_eq!(
+        place.run("compare small").refused(2),
+        "it takes two experiments to compare; named is only `small`"
+    );
     assert_eq!(place.run("compare small small").refused(2), "experiment `small` is named twice");
     let message = place.run("compare --generation 3").refused(2);
     assert_eq!(message, "not all replications have generation 3; the last one that all have is 2");

@@ -46,7 +46,8 @@ async fn meant(store: &SqliteStore, names: &[String]) -> Result<Vec<StoredExperi
         return Err(Failure::new(Exit::Usage, format!("experiment `{}` is named twice", pair[0])));
     }
     if experiments.len() < 2 {
-        let there = seen.first().map_or("there is none".to_owned(), |name| format!("there is only `{name}`"));
+        let given = if names.is_empty() { "there is" } else { "named is" };
+        let there = seen.first().map_or("there is none".to_owned(), |name| format!("{given} only `{name}`"));
         return Err(Failure::new(Exit::Usage, format!("it takes two experiments to compare; {there}")));
     }
     Ok(experiments)
