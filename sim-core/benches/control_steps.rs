@@ -13,7 +13,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use selftalk_sim::experiment::Engine;
 use selftalk_sim::physics::Instructions;
-use selftalk_sim::{Draw, Experiment, Genotype, Job, Simulator};
+use selftalk_sim::{Case, Draw, Experiment, Genotype, Job, Simulator};
 
 /// How long each line is measured.
 const TIME: Duration = Duration::from_secs(3);
@@ -58,8 +58,7 @@ fn control_steps_per_second(
             let genotype = Arc::new(Genotype::new(genes));
             queue.extend(trials.clone().map(|trial| Job {
                 genotype: Arc::clone(&genotype),
-                draw,
-                trial,
+                case: Case::Drawn { draw, trial },
                 tag: (),
             }));
         }

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use selftalk_sim::physics::{self, Instructions};
 use selftalk_sim::robot::RobotModel;
-use selftalk_sim::{Draw, Experiment, Genotype, Job, Simulator};
+use selftalk_sim::{Case, Draw, Experiment, Genotype, Job, Simulator};
 
 use self::common::{Recording, champion, median, random, replay};
 
@@ -47,7 +47,8 @@ fn evaluate(simulator: &Simulator, genotypes: &[Arc<Genotype>], given: &AtomicUs
     let next = || {
         let number = given.fetch_add(1, Ordering::Relaxed);
         let genotype = Arc::clone(genotypes.get(number / trials)?);
-        Some(Job { genotype, draw: DRAW, trial: (number % trials) as u32, tag: () })
+        let case = Case::Drawn { draw: DRAW, trial: (number % trials) as u32 };
+        Some(Job { genotype, case, tag: () })
     };
     Ok(simulator.run(next, |(), _| ())?)
 }

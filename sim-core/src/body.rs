@@ -6,8 +6,8 @@ use crate::experiment;
 use crate::physics::{Observation, TOUCH_SENSORS};
 use crate::robot::{JOINTS, RobotModel, joint};
 
-/// First of the sensors that stand for linguistic labels, in the order of [`Behaviour::ALL`].
-const LABELS: usize = SENSORS - Behaviour::ALL.len();
+/// First of the sensors that stand for linguistic labels, in the order of [`Behaviour::ELEMENTARY`].
+const LABELS: usize = SENSORS - Behaviour::ELEMENTARY.len();
 
 /// Activity of the sensory neurons: position of object or target relative to the palm (3), proprioception (12), touch
 /// (6) and linguistic label (4).
@@ -42,8 +42,8 @@ pub fn sense(
     for (sensor, touch) in rest[..TOUCH_SENSORS].iter_mut().zip(observation.touch) {
         *sensor = f64::from(u8::from(touch));
     }
-    if let Some(label) = label {
-        sensors[LABELS + label as usize] = 1.0;
+    for (sensor, of) in sensors[LABELS..].iter_mut().zip(Behaviour::ELEMENTARY) {
+        *sensor = f64::from(u8::from(label == Some(of)));
     }
     sensors
 }

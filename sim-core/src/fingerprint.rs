@@ -5,14 +5,15 @@ use std::ops::Range;
 use rand::RngExt;
 use sha2::{Digest, Sha256};
 
-use crate::experiment::{Engine, Experiment};
+use crate::experiment::{Added, Engine, Experiment, Speaks, Task};
 use crate::genotype::Genotype;
 use crate::simulator::{SimError, Simulator};
 use crate::stream::{Purpose, StreamKey};
-use crate::trial::{Draw, TRIALS};
+use crate::situation::{self, Draw};
 
 /// Identifies the simulator by what it does: the hash of the outcomes of random controllers in all trials of the
-/// default experiment, and in the first steps of some trials in the rapier engine. Processes with equal fingerprints
+/// default experiment, in short ones of MOVE-TO-TARGET with all that the second phase adds, and in the first steps of
+/// some trials in the rapier engine. Processes with equal fingerprints
 /// give equal bits for equal work, whatever machine or compiler they come from. Takes some tens of milliseconds.
 ///
 /// # Errors
@@ -21,7 +22,11 @@ pub fn fingerprint() -> Result<String, SimError> {
     let mut hash = Sha256::new();
     let experiment = Experiment::default();
     for index in 0..2 {
-        add_outcomes(&mut hash, &experiment, index, 0..TRIALS)?;
+        add_outcomes(&mut hash, &experiment, index, 0..situation::trials(experiment.task))?;
+    }
+    let experiment = integrated();
+    for index in 0..2 {
+        add_outcomes(&mut hash, &experiment, index, 0..situation::trials(experiment.task))?;
     }
     // The hand around the object on the table, and with it in the air: all that the slow engine computes.
     let experiment = brief(Engine::Rapier);
@@ -29,6 +34,16 @@ pub fn fingerprint() -> Result<String, SimError> {
         add_outcomes(&mut hash, &experiment, 0, trial..trial + 1)?;
     }
     Ok(hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// Short trials of the second phase's controllers that speak, with the caretaker in every other trial.
+fn integrated() -> Experiment {
+    let mut experiment = Experiment { task: Task::MoveToTarget, ..Experiment::default() };
+    experiment.controller.added = Added::Speech;
+    experiment.caretaker.speaks = Speaks::Even;
+    experiment.caretaker.anticipation_share = 0.5;
+    experiment.move_to_target.steps = 20;
+    experiment
 }
 
 /// The default experiment in another engine, with few and large steps.

@@ -6,6 +6,7 @@
 
 pub mod behaviours;
 pub mod body;
+pub mod caretaker;
 pub mod controller;
 pub mod experiment;
 mod fingerprint;
@@ -13,7 +14,9 @@ pub mod genotype;
 pub mod physics;
 pub mod robot;
 pub mod scene;
+mod score;
 mod simulator;
+mod situation;
 pub mod stream;
 mod trial;
 
@@ -22,4 +25,5 @@ pub use experiment::{Experiment, ExperimentError};
 pub use fingerprint::fingerprint;
 pub use genotype::Genotype;
 pub use simulator::{Job, SimError, Simulator, Trace};
-pub use trial::{Draw, Frame, SETTLING, TrialOutcome};
+pub use situation::{Case, Draw};
+pub use trial::{Frame, SETTLING, TrialOutcome};

@@ -7,11 +7,12 @@ use thiserror::Error;
 
 use crate::behaviours::{Behaviour, StartError, Starts};
 use crate::controller::{Layout, Network};
-use crate::experiment::Experiment;
+use crate::experiment::{Experiment, Task};
 use crate::genotype::{Genotype, GenotypeError};
 use crate::physics::{self, Instructions, Observation};
 use crate::robot::{RobotError, RobotModel};
-use crate::trial::{Draw, Frame, Setup, TRIALS, Trial, TrialOutcome};
+use crate::situation::{self, Case, Draw, Situation};
+use crate::trial::{Frame, Setup, Trial, TrialOutcome};
 
 /// Why an evaluation is refused.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -19,11 +20,21 @@ pub enum SimError {
     /// The genotype does not fit the experiment's controller.
     #[error(transparent)]
     Genotype(#[from] GenotypeError),
+    /// An individual that generation 0 is to be made from does not fit the experiment's controller.
+    #[error("ancestors.genotypes: number {number} does not fit this controller: {error}")]
+    Ancestor {
+        /// Which one, counted from 0.
+        number: usize,
+        /// How it does not fit.
+        error: GenotypeError,
+    },
     /// A trial number is too large.
-    #[error("trial {trial} does not exist: an evaluation has trials 0 to {}", TRIALS - 1)]
+    #[error("trial {trial} does not exist: there are trials 0 to {}", trials - 1)]
     Trial {
         /// The trial that was asked for.
         trial: u32,
+        /// How many there are.
+        trials: u32,
     },
     /// The shipped robot is damaged.
     #[error(transparent)]
@@ -38,10 +49,8 @@ pub enum SimError {
 pub struct Job<T> {
     /// The genotype under test; shared by its trials.
     pub genotype: Arc<Genotype>,
-    /// Object and target positions.
-    pub draw: Draw,
-    /// Trial, counted from 0.
-    pub trial: u32,
+    /// Which trial.
+    pub case: Case,
     /// Returned with the outcome.
     pub tag: T,
 }
@@ -70,7 +79,8 @@ impl Simulator {
     /// Prepares the simulator of an experiment.
     ///
     /// # Errors
-    /// [`SimError::Robot`] or [`SimError::Starts`] when a shipped file is damaged.
+    /// [`SimError::Ancestor`] when the experiment's ancestors do not fit its controller, [`SimError::Robot`] or
+    /// [`SimError::Starts`] when a shipped file is damaged.
     pub fn new(experiment: &Experiment) -> Result<Self, SimError> {
         Self::with_instructions(experiment, Instructions::default())
     }
@@ -80,6 +90,14 @@ impl Simulator {
     /// # Errors
     /// As [`Simulator::new`].
     pub fn with_instructions(experiment: &Experiment, instructions: Instructions) -> Result<Self, SimError> {
+        let layout = Layout::new(&experiment.controller);
+        for (number, genotype) in experiment.ancestors.genotypes.iter().enumerate() {
+            let (expected, found) = (layout.elementary(), genotype.genes().len());
+            if expected != found {
+                let error = GenotypeError::Length { expected, found: 2 * found };
+                return Err(SimError::Ancestor { number, error });
+            }
+        }
         let setup =
             Setup { experiment: experiment.clone(), robot: RobotModel::icub()?, starts: Starts::shipped()? };
         Ok(Self { setup: Arc::new(setup), instructions })
@@ -91,16 +109,25 @@ impl Simulator {
         Layout::new(&self.setup.experiment.controller).genes()
     }
 
-    /// Trials of an evaluation: 16, four for each behaviour.
+    /// Trials of an evaluation: 16, four for each elementary action, or 8 of MOVE-TO-TARGET.
     #[must_use]
     pub fn trial_count(&self) -> u32 {
-        TRIALS
+        situation::trials(self.setup.experiment.task)
     }
 
     /// The behaviour a trial asks for.
     #[must_use]
     pub fn behaviour(&self, trial: u32) -> Behaviour {
-        Behaviour::of_trial(trial)
+        Behaviour::of_trial(self.setup.experiment.task, trial)
+    }
+
+    /// The behaviours that an evaluation's trials ask for.
+    #[must_use]
+    pub fn behaviours(&self) -> &'static [Behaviour] {
+        match self.setup.experiment.task {
+            Task::Elementary => &Behaviour::ELEMENTARY,
+            Task::MoveToTarget => &[Behaviour::MoveToTarget],
+        }
     }
 
     /// Runs trials of one genotype and returns their outcomes in order.
@@ -115,8 +142,10 @@ impl Simulator {
     ) -> Result<Vec<TrialOutcome>, SimError> {
         let genotype = Arc::new(genotype.clone());
         let mut outcomes = vec![None; trials.len()];
-        let mut jobs =
-            trials.enumerate().map(|(tag, trial)| Job { genotype: Arc::clone(&genotype), draw, trial, tag });
+        let mut jobs = trials.enumerate().map(|(tag, trial)| {
+            let case = Case::Drawn { draw, trial };
+            Job { genotype: Arc::clone(&genotype), case, tag }
+        });
         self.run(|| jobs.next(), |tag, outcome| outcomes[tag] = Some(outcome))?;
         Ok(outcomes.into_iter().flatten().collect())
     }
@@ -138,8 +167,9 @@ impl Simulator {
         loop {
             for (lane, slot) in lanes.iter_mut().enumerate().filter(|(_, slot)| slot.is_none()) {
                 let Some(job) = next() else { break };
-                let network = decoded.network(experiment, &job)?;
-                let trial = Trial::begin(&self.setup, engine.as_mut(), lane, network, job.draw, job.trial);
+                let network = decoded.network(experiment, &job.genotype)?;
+                let situation = self.situation(job.case)?;
+                let trial = Trial::begin(&self.setup, engine.as_mut(), lane, network, &situation);
                 *slot = Some((trial, job.tag));
             }
             if lanes.iter().all(Option::is_none) {
@@ -164,12 +194,11 @@ impl Simulator {
     ///
     /// # Errors
     /// [`SimError`] when the genotype or the trial does not fit the experiment.
-    pub fn trace(&self, genotype: &Genotype, draw: Draw, trial: u32) -> Result<Trace, SimError> {
+    pub fn trace(&self, genotype: &Genotype, case: Case) -> Result<Trace, SimError> {
         let Setup { experiment, robot, .. } = self.setup.as_ref();
         let mut engine = physics::engine(robot, experiment, self.instructions)?;
-        let job = Job { genotype: Arc::new(genotype.clone()), draw, trial, tag: () };
-        let network = Decoded::default().network(experiment, &job)?;
-        let mut trial = Trial::begin(&self.setup, engine.as_mut(), 0, network, draw, trial);
+        let network = Network::new(genotype, &experiment.controller)?;
+        let mut trial = Trial::begin(&self.setup, engine.as_mut(), 0, network, &self.situation(case)?);
         let (start, target) = (trial.observation().clone(), trial.target());
         let mut frames = Vec::new();
         loop {
@@ -182,6 +211,17 @@ impl Simulator {
             }
         }
     }
+
+    fn situation(&self, case: Case) -> Result<Situation, SimError> {
+        let (trial, trials) = match case {
+            Case::Drawn { trial, .. } => (trial, self.trial_count()),
+            Case::Grid { number } => (number, Case::GRID_TRIALS),
+        };
+        if trial >= trials {
+            return Err(SimError::Trial { trial, trials });
+        }
+        Ok(Situation::new(&self.setup.experiment, case))
+    }
 }
 
 /// The network of the last job's genotype: the trials of one genotype follow each other.
@@ -191,15 +231,12 @@ struct Decoded {
 }
 
 impl Decoded {
-    fn network<T>(&mut self, experiment: &Experiment, job: &Job<T>) -> Result<Network, SimError> {
-        if job.trial >= TRIALS {
-            return Err(SimError::Trial { trial: job.trial });
-        }
+    fn network(&mut self, experiment: &Experiment, of: &Arc<Genotype>) -> Result<Network, SimError> {
         match &self.last {
-            Some((genotype, network)) if Arc::ptr_eq(genotype, &job.genotype) => Ok(network.clone()),
+            Some((genotype, network)) if Arc::ptr_eq(genotype, of) => Ok(network.clone()),
             _ => {
-                let network = Network::new(&job.genotype, &experiment.controller)?;
-                self.last = Some((Arc::clone(&job.genotype), network.clone()));
+                let network = Network::new(of, &experiment.controller)?;
+                self.last = Some((Arc::clone(of), network.clone()));
                 Ok(network)
             }
         }

@@ -13,6 +13,8 @@ pub enum Purpose {
     Mutation = 2,
     /// Object and target positions of a trial.
     TrialDraw = 3,
+    /// Target positions of a trial of generalisation.
+    Generalisation = 4,
 }
 
 /// The place in an experiment at which random numbers are drawn.

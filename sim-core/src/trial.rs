@@ -1,52 +1,18 @@
 //! A trial: what a controller senses, does and is given for it, control step by control step.
 
-use rand::RngExt;
-
-use crate::behaviours::{Behaviour, Condition, Judgement, Starts, View};
+use crate::behaviours::{Behaviour, Condition, Starts, View};
 use crate::body;
-use crate::controller::{INTERNAL, Motors, Network, SENSORS};
-use crate::experiment::Experiment;
+use crate::caretaker::Caretaker;
+use crate::controller::{Activity, Motors, Network, SENSORS};
+use crate::experiment::{Added, Experiment};
 use crate::physics::{Engine, Observation};
 use crate::robot::RobotModel;
-use crate::scene;
-use crate::stream::{Purpose, StreamKey};
+use crate::score::{Judged, Score};
+use crate::situation::Situation;
 
 /// Control steps for which the initial posture is held before the controller takes over, so that a hand around the
 /// object has it firmly in its grip.
 pub const SETTLING: u32 = 2;
-
-/// Trials of an evaluation: four for each behaviour (paper, section II.C).
-pub(crate) const TRIALS: u32 = 16;
-
-/// Selects the random positions of object and target: all genotypes that are evaluated with the same draw face the
-/// same ones.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Draw {
-    /// Replication, counted from 0.
-    pub replication: u32,
-    /// Generation in which the positions were drawn, counted from 0.
-    pub generation: u32,
-}
-
-/// Fresh draws of a kind, and where the kinds begin: beyond any generation that an experiment can run for.
-const FRESH: u32 = 1 << 30;
-const VALIDATION: u32 = FRESH;
-const TEST: u32 = 2 * FRESH;
-
-impl Draw {
-    /// A draw that no evolution uses, for choosing between individuals. `number` counts from 0 to 2^30 - 1.
-    #[must_use]
-    pub const fn validation(number: u32) -> Self {
-        Self { replication: 0, generation: VALIDATION + number % FRESH }
-    }
-
-    /// A draw that neither an evolution nor a choice between individuals uses, for reporting how good they are.
-    /// `number` counts from 0 to 2^30 - 1.
-    #[must_use]
-    pub const fn test(number: u32) -> Self {
-        Self { replication: 0, generation: TEST + number % FRESH }
-    }
-}
 
 /// What a trial came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,8 +30,12 @@ pub struct TrialOutcome {
 pub struct Frame {
     /// Activity of the sensory neurons.
     pub sensors: [f64; SENSORS],
-    /// Activity of the internal neurons.
-    pub internal: [f64; INTERNAL],
+    /// The label among them: the behaviour's own, or in MOVE-TO-TARGET the caretaker's or the robot's.
+    pub heard: Option<Behaviour>,
+    /// Activity of the leaky integrators.
+    pub activity: Activity,
+    /// The label that the robot says from the next step on, if it can speak.
+    pub said: Option<Behaviour>,
     /// Activity of the motor neurons.
     pub motors: Motors,
     /// Robot and object at the end of the step.
@@ -74,6 +44,8 @@ pub struct Frame {
     pub reward: f64,
     /// Whether the state was the goal.
     pub goal: bool,
+    /// Whether attention was on what it should have been on.
+    pub focused: bool,
     /// What the goal asks for, as it was at the end of the step.
     pub conditions: Vec<Condition>,
 }
@@ -92,23 +64,19 @@ pub(crate) struct Trial<'a> {
     network: Network,
     behaviour: Behaviour,
     target: [f64; 3],
+    /// The caretaker, where it speaks.
+    caretaker: Option<Caretaker>,
     observation: Observation,
-    internal: [f64; INTERNAL],
+    activity: Activity,
     sensors: [f64; SENSORS],
+    heard: Option<Behaviour>,
+    said: Option<Behaviour>,
     motors: Option<Motors>,
     settled: u32,
     steps: u32,
     held: u32,
-    rewards: f64,
-    last: Judgement,
-}
-
-impl Behaviour {
-    /// The behaviour a trial asks for: trials 0 to 3 REACH, 4 to 7 OPEN, 8 to 11 GRASP, 12 to 15 MOVE.
-    #[must_use]
-    pub fn of_trial(trial: u32) -> Self {
-        Self::ALL[(trial / 4) as usize % Self::ALL.len()]
-    }
+    score: Score,
+    last: Judged,
 }
 
 impl<'a> Trial<'a> {
@@ -118,42 +86,27 @@ impl<'a> Trial<'a> {
         engine: &mut dyn Engine,
         lane: usize,
         network: Network,
-        draw: Draw,
-        trial: u32,
+        situation: &Situation,
     ) -> Self {
-        let behaviour = Behaviour::of_trial(trial);
-        let area = trial as usize % scene::AREA_DIRECTIONS.len();
-        let Draw { replication, generation } = draw;
-        let purpose = Purpose::TrialDraw;
-        let seed = setup.experiment.seed;
-        let mut stream = StreamKey { seed, replication, generation, purpose, index: trial }.stream();
-        let mut jitter = |size: f64| size * (2.0 * stream.random::<f64>() - 1.0);
-        let settings = &setup.experiment.scene;
-        let share = if behaviour == Behaviour::Grasp { settings.grasp_jitter_share } else { 1.0 };
-        let [front, side] = scene::AREA_DIRECTIONS[area];
-        let object = [
-            settings.areas_x + front * settings.areas_distance + jitter(settings.object_jitter * share),
-            settings.areas_y + side * settings.areas_distance + jitter(settings.object_jitter * share),
-        ];
-        // Both target areas come up equally often in each behaviour.
-        let side = scene::TARGET_DIRECTIONS[area % 2] * settings.target_side;
-        let target = [-settings.target_front, side, scene::TABLE + settings.target_height]
-            .map(|centre| centre + jitter(settings.target_jitter));
-        engine.place(lane, &setup.starts.of(behaviour)[area].placement(object));
+        let &Situation { behaviour, posture, object, target, caretaker } = situation;
+        engine.place(lane, &setup.starts.of(behaviour)[posture].placement(object));
         Self {
             setup,
             network,
             behaviour,
             target,
+            caretaker: caretaker.then(Caretaker::default),
             observation: engine.observe(lane),
-            internal: [0.0; INTERNAL],
+            activity: Activity::default(),
             sensors: [0.0; SENSORS],
+            heard: None,
+            said: None,
             motors: None,
             settled: 0,
             steps: 0,
             held: 0,
-            rewards: 0.0,
-            last: Judgement { reward: 0.0, goal: false },
+            score: Score::default(),
+            last: Judged::default(),
         }
     }
 
@@ -163,13 +116,27 @@ impl<'a> Trial<'a> {
             return;
         }
         let Setup { experiment, robot, .. } = self.setup;
+        self.heard = self.label();
         let on_target = self.motors.is_some_and(|motors| motors.attends_target());
         let attended = if on_target { &self.target } else { &self.observation.object };
-        self.sensors =
-            body::sense(robot, &experiment.controller, &self.observation, attended, Some(self.behaviour));
-        let motors = self.network.step(&self.sensors, &mut self.internal);
+        self.sensors = body::sense(robot, &experiment.controller, &self.observation, attended, self.heard);
+        let task = f64::from(u8::from(self.behaviour == Behaviour::MoveToTarget));
+        let motors = self.network.step(&self.sensors, task, &mut self.activity);
+        self.said = (experiment.controller.added == Added::Speech)
+            .then(|| Behaviour::ELEMENTARY[self.activity.most_active()]);
         engine.command(lane, &body::command(robot, &motors));
         self.motors = Some(motors);
+    }
+
+    /// The label that the controller hears in the coming control step.
+    fn label(&mut self) -> Option<Behaviour> {
+        if self.behaviour != Behaviour::MoveToTarget {
+            return Some(self.behaviour);
+        }
+        let Some(caretaker) = &self.caretaker else { return self.said };
+        let settings = &self.setup.experiment.caretaker;
+        self.score.anticipation.note(settings, self.said, caretaker.label());
+        Some(caretaker.label())
     }
 
     /// Judges the state at the end of a control step; the outcome, if the trial ends with it.
@@ -185,22 +152,16 @@ impl<'a> Trial<'a> {
         }
         let Setup { experiment, robot, .. } = self.setup;
         let view = View { robot, observation: &self.observation, target: self.target };
-        let Judgement { reward, goal } = self.behaviour.judge(experiment, &view);
-        let right = if self.behaviour.is_about_target() { motors.focus() } else { 1.0 - motors.focus() };
-        let wrong = experiment.trials.wrong_focus;
-        let reward = reward * (wrong + (1.0 - wrong) * (2.0 * right).min(1.0));
-        self.rewards += reward;
-        self.held = if goal { self.held + 1 } else { 0 };
-        self.last = Judgement { reward, goal };
+        self.last = self.score.add(experiment, self.behaviour, &view, motors);
+        self.held = if self.last.goal { self.held + 1 } else { 0 };
+        if let Some(caretaker) = &mut self.caretaker {
+            caretaker.watch(experiment, &view);
+        }
 
-        let length = self.behaviour.steps(experiment);
         let success = self.held >= experiment.trials.hold;
-        (success || self.steps >= length).then(|| {
-            // After a success the rest of the trial counts as fully rewarded.
-            let rest = if success { f64::from(length - self.steps) } else { 0.0 };
-            let graded = (self.rewards + rest) / f64::from(length);
-            let share = experiment.trials.goal_share;
-            let score = (1.0 - share) * graded + share * f64::from(u8::from(success));
+        (success || self.steps >= self.behaviour.steps(experiment)).then(|| {
+            let speaks = self.caretaker.is_some();
+            let score = self.score.total(experiment, self.behaviour, speaks, self.steps, success);
             TrialOutcome { score, success, steps: self.steps }
         })
     }
@@ -211,11 +172,14 @@ impl<'a> Trial<'a> {
         let view = View { robot, observation: &self.observation, target: self.target };
         self.motors.map(|motors| Frame {
             sensors: self.sensors,
-            internal: self.internal,
+            heard: self.heard,
+            activity: self.activity,
+            said: self.said,
             motors,
             observation: self.observation.clone(),
             reward: self.last.reward,
             goal: self.last.goal,
+            focused: self.last.focused,
             conditions: self.behaviour.conditions(experiment, &view),
         })
     }
@@ -228,19 +192,5 @@ impl<'a> Trial<'a> {
     /// Robot and object as they were seen last.
     pub(crate) const fn observation(&self) -> &Observation {
         &self.observation
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_evolution_gets_as_far_as_the_fresh_draws() {
-        let longest = |generations| Experiment::from_toml("x", &format!("generations = {generations}"), &[]);
-        assert!(longest(10_000_000).is_ok());
-        assert!(longest(Draw::validation(0).generation).is_err());
-        assert!(Draw::validation(FRESH - 1).generation < Draw::test(0).generation);
-        assert!(Draw::test(0).generation < Draw::test(FRESH - 1).generation);
     }
 }

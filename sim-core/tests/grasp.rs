@@ -10,7 +10,7 @@ use selftalk_sim::behaviours::{Behaviour, Condition, Start, Starts, View};
 use selftalk_sim::experiment::{Engine as Kind, Experiment};
 use selftalk_sim::physics::{Engine, Instructions, Observation, engine};
 use selftalk_sim::robot::{HandGoal, JOINTS, Kinematics, RobotModel, joint};
-use selftalk_sim::scene;
+use selftalk_sim::{Case, Genotype, Simulator, scene};
 
 type Angles = [f64; JOINTS];
 
@@ -174,5 +174,20 @@ fn without_friction_the_object_stays_behind() {
             assert!(height(&held) > 0.05, "{kind:?}: {}", height(&held));
             assert!(height(&dropped) < 0.05, "{kind:?}: {}", height(&dropped));
         }
+    }
+}
+
+#[test]
+fn move_to_target_begins_clear_of_the_object_wherever_it_is() {
+    let overrides = ["task=move-to-target", "move_to_target.steps=1"].map(str::to_owned);
+    let experiment = Experiment::from_toml("test", "", &overrides).unwrap();
+    let simulator = Simulator::new(&experiment).unwrap();
+    let genotype = Genotype::new(vec![0x8000; simulator.gene_count()]);
+    for number in 0..Case::GRID_TRIALS {
+        let trace = simulator.trace(&genotype, Case::Grid { number }).unwrap();
+        let seen = &trace.frames[0].observation;
+        let moved: f64 =
+            (0..3).map(|axis| (seen.object[axis] - trace.start.object[axis]).abs()).fold(0.0, f64::max);
+        assert!(seen.touch.iter().all(|touch| !touch) && moved < 1e-3, "case {number}: {moved} {:?}", seen.touch);
     }
 }

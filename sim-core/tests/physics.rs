@@ -11,9 +11,10 @@ use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use selftalk_sim::behaviours::{Start, Starts};
+use selftalk_sim::experiment::Task;
 use selftalk_sim::physics::{Engine, Instructions, engine};
 use selftalk_sim::robot::{JOINTS, RobotModel};
-use selftalk_sim::{Behaviour, Draw, Experiment, Genotype, Job, Simulator, scene};
+use selftalk_sim::{Behaviour, Case, Draw, Experiment, Genotype, Job, Simulator, scene};
 
 /// Control steps in a second.
 const SECOND: usize = 20;
@@ -23,7 +24,7 @@ type Angles = [f64; JOINTS];
 /// The start of trial `i` of 16, with the object in the middle of its area.
 fn place(engine: &mut dyn Engine, lane: usize, i: usize) {
     let starts = Starts::shipped().unwrap();
-    let start: &Start = &starts.of(Behaviour::of_trial(i as u32))[i % 4];
+    let start: &Start = &starts.of(Behaviour::of_trial(Task::Elementary, i as u32))[i % 4];
     let [x, y] = scene::AREA_DIRECTIONS[i % 4];
     let [middle_x, middle_y] = scene::AREAS_CENTRE;
     let object = [middle_x + x * scene::AREAS_DISTANCE, middle_y + y * scene::AREAS_DISTANCE];
@@ -126,13 +127,13 @@ fn ten_thousand_extreme_controllers_keep_the_simulation_finite() {
             _ => stream.random::<u16>(),
         });
         let genotype = Arc::new(Genotype::new(genes.collect::<Vec<u16>>()));
-        let draw = Draw { replication: 0, generation: i };
-        Job { genotype, draw, trial: i % 16, tag: i % 16 }
+        let (draw, trial) = (Draw { replication: 0, generation: i }, i % 16);
+        Job { genotype, case: Case::Drawn { draw, trial }, tag: trial }
     });
     let mut done = 0;
     let finished = |trial, outcome: selftalk_sim::TrialOutcome| {
         // A simulation that leaves the finite numbers ends its trial early, without success.
-        let length = Behaviour::of_trial(trial).steps(&experiment);
+        let length = Behaviour::of_trial(Task::Elementary, trial).steps(&experiment);
         assert!(outcome.success || outcome.steps == length, "trial {trial}: {outcome:?}");
         done += 1;
     };

@@ -18,7 +18,8 @@ const ARROWS: [(&str, &[&str]); 5] = [
 
 /// The simulator's modules, the lowest first.
 const SIMULATOR: &str =
-    "scene experiment genotype stream robot controller physics behaviours body trial simulator fingerprint";
+    "scene genotype experiment stream robot controller physics behaviours caretaker body situation score trial simulator \
+     fingerprint";
 
 /// What the simulator does not use.
 const WAYS_OUT: &str = "std::env std::fs std::io std::net std::os std::process std::sync::mpsc std::thread std::time \

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use selftalk_proto::UnitKey;
-use selftalk_sim::{Draw, Genotype, Job, Simulator, TrialOutcome};
+use selftalk_sim::{Case, Draw, Genotype, Job, Simulator, TrialOutcome};
 
 /// An experiment's place in the queue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,8 +112,8 @@ impl Queue {
         }
     }
 
-    /// The next trial of an experiment, if there is one at the moment.
-    pub(crate) fn next(&self, study: Study) -> Option<Job<Arc<Task>>> {
+    /// The next trial of an experiment, with its unit and its number, if there is one at the moment.
+    pub(crate) fn next(&self, study: Study) -> Option<Job<(Arc<Task>, u32)>> {
         let mut state = lock(&self.state);
         if state.stopped {
             return None;
@@ -122,9 +122,8 @@ impl Queue {
         let (task, trial) = waiting.front_mut()?;
         let job = Job {
             genotype: Arc::clone(&task.genotype),
-            draw: task.draw,
-            trial: *trial,
-            tag: Arc::clone(task),
+            case: Case::Drawn { draw: task.draw, trial: *trial },
+            tag: (Arc::clone(task), *trial),
         };
         *trial += 1;
         if *trial >= task.trials.end {
@@ -195,7 +194,7 @@ mod tests {
     }
 
     fn trials(queue: &Queue, study: Study) -> Vec<(UnitKey, u32)> {
-        std::iter::from_fn(|| queue.next(study)).map(|job| (job.tag.key, job.trial)).collect()
+        std::iter::from_fn(|| queue.next(study)).map(|job| (job.tag.0.key, job.tag.1)).collect()
     }
 
     #[test]
@@ -227,7 +226,7 @@ mod tests {
         let (first, second) = (task(1), task(2));
         queue.push(study, Arc::clone(&first));
         queue.push(study, Arc::clone(&second));
-        assert_eq!(queue.next(study).map(|job| job.trial), Some(2));
+        assert_eq!(queue.next(study).map(|job| job.tag.1), Some(2));
         queue.cancel(&[first.key]);
         assert!(!queue.close(&first), "its answer is not wanted");
         queue.push(study, task(1));

@@ -74,9 +74,8 @@ fn simulate(queue: &Queue, study: Study, simulator: &Simulator, results: &Unboun
     let lanes: RefCell<Vec<Arc<Task>>> = RefCell::default();
     let next = || {
         let job = queue.next(study)?;
-        let trial = job.trial;
-        lanes.borrow_mut().push(Arc::clone(&job.tag));
-        Some(selftalk_sim::Job { genotype: job.genotype, draw: job.draw, trial, tag: (job.tag, trial) })
+        lanes.borrow_mut().push(Arc::clone(&job.tag.0));
+        Some(job)
     };
     let done = |(task, trial): (Arc<Task>, u32), outcome| {
         let mut lanes = lanes.borrow_mut();

@@ -3,6 +3,7 @@
 use selftalk_sim::{Behaviour, Simulator, TrialOutcome};
 
 use super::args::BehaviourFilter;
+use super::evaluate::{of, shares_of};
 use super::output::Table;
 use super::select;
 use crate::exit::Failure;
@@ -29,11 +30,13 @@ pub(super) async fn behaviours(store: &SqliteStore, filter: &BehaviourFilter) ->
             "open",
             "grasp",
             "move",
+            "move_to_target",
             "all",
             "reach_score",
             "open_score",
             "grasp_score",
             "move_score",
+            "move_to_target_score",
         ])
     };
     for stored in select::replications(store, &filter.of).await? {
@@ -76,9 +79,8 @@ fn lines(table: &mut Table, stored: &StoredExperiment, replication: &StoredRepli
             (*first).into(),
             (*last).into(),
         ];
-        row.extend(Behaviour::ALL.map(|behaviour| tally.share_of(behaviour).into()));
-        row.push(tally.share().into());
-        row.extend(Behaviour::ALL.map(|behaviour| tally.score_of(behaviour).into()));
+        row.extend(shares_of(tally));
+        row.extend(Behaviour::ALL.map(|behaviour| of(tally, behaviour, Tally::score_of)));
         table.push(row);
     }
 }
@@ -86,7 +88,7 @@ fn lines(table: &mut Table, stored: &StoredExperiment, replication: &StoredRepli
 /// A line a behaviour.
 fn curves(table: &mut Table, stored: &StoredExperiment, replication: &StoredReplication, bins: &[Bin]) {
     let (Some(first), Some(last)) = (bins.first(), bins.last()) else { return };
-    for behaviour in Behaviour::ALL {
+    for behaviour in Behaviour::ALL.into_iter().filter(|of| first.tally.trials_of(*of) > 0) {
         let curve: String = bins.iter().map(|bin| block(bin.tally.share_of(behaviour))).collect();
         table.push([
             stored.experiment.name.as_str().into(),

@@ -10,6 +10,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::Global;
 use super::choose::{command, resume_command};
+use super::overall::Overall;
 use super::progress::Progress;
 use crate::driver::{DriverError, RunEnd};
 use crate::exit::{Exit, Failure};
@@ -34,7 +35,7 @@ pub(super) fn watch_signals() -> Result<Signal, Failure> {
     selftalk_worker::signal::watch().map_err(fail)
 }
 
-/// Runs experiments to their ends and returns how they stand then.
+/// Runs experiments to their ends and returns how they stand then. As part of a study it is shown how far that is.
 ///
 /// # Errors
 /// [`Failure`] with the exit code of an interruption, or of what went wrong.
@@ -43,11 +44,12 @@ pub(super) async fn conduct(
     experiments: Vec<StoredExperiment>,
     workers: Workers,
     signal: &Signal,
+    overall: Option<Overall>,
     global: &Global,
 ) -> Result<Vec<StoredExperiment>, Failure> {
     let store = Arc::new(store);
     let remote = matches!(workers, Workers::Remote(_));
-    let result = run(Arc::clone(&store), &experiments, workers, signal).await;
+    let result = run(Arc::clone(&store), &experiments, workers, signal, overall).await;
     let mut ended = Vec::new();
     for stored in &experiments {
         ended.extend(store.experiment(&stored.experiment.name).await?);
@@ -66,6 +68,7 @@ async fn run(
     experiments: &[StoredExperiment],
     workers: Workers,
     signal: &Signal,
+    overall: Option<Overall>,
 ) -> Result<RunEnd, Failure> {
     let (listener, here) = match workers {
         Workers::Remote(listener) => (listener, 0),
@@ -76,7 +79,7 @@ async fn run(
     let master = Master::prepare(store, experiments, listener, Settings::new(fingerprint.as_str()))
         .await
         .map_err(failure)?;
-    let progress = Progress::show(master.board(), master.crew());
+    let progress = Progress::show(master.board(), master.crew(), overall);
     let shutdown = signal.token().child_token();
     let mut crew = Crew::hire(here, &format!("http://{address}"), &fingerprint, &shutdown);
     let mut run = std::pin::pin!(master.run(shutdown.clone()));

@@ -6,11 +6,12 @@ use selftalk_sim::experiment::Engine;
 use selftalk_sim::{Behaviour, Draw, Experiment, Simulator};
 
 use super::args::{EvaluateArgs, Fresh};
+use super::battery::post_evaluate;
 use super::individuals::{Individual, find, warn_foreign};
 use super::output::{Cell, Table};
 use super::work::{bar, crew};
 use super::{Global, select};
-use crate::exit::Failure;
+use crate::exit::{Exit, Failure};
 use crate::retest::{Crew, Tally, tallies, why};
 
 /// Carries out the command.
@@ -18,7 +19,10 @@ use crate::retest::{Crew, Tally, tallies, why};
 /// # Errors
 /// [`Failure`] with the exit code and the line to print.
 pub async fn run(args: EvaluateArgs, global: &Global) -> Result<(), Failure> {
-    let EvaluateArgs { which, fresh, why } = args;
+    let EvaluateArgs { which, fresh, post, why } = args;
+    if post {
+        return post_evaluate(&which.of, fresh.workers, global).await;
+    }
     let store = select::open(global).await?;
     let individuals = find(&store, &which, crew(fresh.workers, &|| {})).await?;
     warn_foreign(&individuals)?;
@@ -38,7 +42,7 @@ pub async fn run(args: EvaluateArgs, global: &Global) -> Result<(), Failure> {
 /// The object's areas, as the trials of a behaviour have them.
 const AREAS: [&str; 4] = ["front", "back", "left", "right"];
 
-/// A line for each of the 16 trials of each individual.
+/// A line for each of an individual's trials.
 fn reasons(individuals: &[Individual], trials: u32) -> Result<Table, Failure> {
     let mut table = Table::new([
         "experiment",
@@ -56,9 +60,11 @@ fn reasons(individuals: &[Individual], trials: u32) -> Result<Table, Failure> {
     ]);
     let bar = bar(individuals.len() as u64 * u64::from(trials));
     for Individual { name, experiment, member, .. } in individuals {
+        let experiment = &experiment.unaided();
         let simulator = Simulator::new(experiment)?;
-        let draws = fresh_draws(&simulator, trials);
-        for (trial, area) in (0..simulator.trial_count()).zip(AREAS.into_iter().cycle()) {
+        let draws = fresh_draws(&simulator, &name.experiment, trials)?;
+        for trial in 0..simulator.trial_count() {
+            let area = AREAS[Behaviour::area_of_trial(experiment.task, trial)];
             let why = why(experiment, &simulator, &member.genotype, &draws, trial)?;
             bar.inc(why.trials.into());
             table.push([
@@ -81,16 +87,24 @@ fn reasons(individuals: &[Individual], trials: u32) -> Result<Table, Failure> {
     Ok(table)
 }
 
-/// The draws of so many fresh trials.
-fn fresh_draws(simulator: &Simulator, trials: u32) -> Vec<Draw> {
-    (0..trials / simulator.trial_count().max(1)).map(Draw::test).collect()
+/// The draws of so many fresh trials of an experiment's individual.
+fn fresh_draws(simulator: &Simulator, experiment: &str, trials: u32) -> Result<Vec<Draw>, Failure> {
+    let each = simulator.trial_count();
+    if !trials.is_multiple_of(each) {
+        let message = format!(
+            "--trials {trials}: an individual of `{experiment}` has {each} trials in each draw of positions, so a \
+             multiple of {each} is needed"
+        );
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    Ok((0..trials / each).map(Draw::test).collect())
 }
 
 /// Columns that say whose trials they are and how many.
 pub(super) const WHO: [&str; 6] =
     ["experiment", "replication", "generation", "individual", "fitness", "trials"];
 /// Columns of what trials came to.
-const SHARES: [&str; 5] = ["reach", "open", "grasp", "move", "all"];
+const SHARES: [&str; 6] = ["reach", "open", "grasp", "move", "move_to_target", "all"];
 
 pub(super) fn who(individual: &Individual, tally: &Tally) -> Vec<Cell> {
     let Individual { name, scored, .. } = individual;
@@ -106,11 +120,13 @@ pub(super) fn who(individual: &Individual, tally: &Tally) -> Vec<Cell> {
 
 /// The share of successes of each behaviour, and of all.
 pub(super) fn shares_of(tally: &Tally) -> impl Iterator<Item = Cell> {
-    Behaviour::ALL
-        .map(|behaviour| tally.share_of(behaviour))
-        .into_iter()
-        .chain([tally.share()])
-        .map(Cell::from)
+    let shares = Behaviour::ALL.map(|behaviour| of(tally, behaviour, Tally::share_of));
+    shares.into_iter().chain([tally.share().into()])
+}
+
+/// What the trials of a behaviour came to; nothing if there were none.
+pub(super) fn of(tally: &Tally, behaviour: Behaviour, what: fn(&Tally, Behaviour) -> f64) -> Cell {
+    if tally.trials_of(behaviour) == 0 { Cell::Empty } else { what(tally, behaviour).into() }
 }
 
 /// Runs individuals in fresh trials, in their own engine or in another, and adds up what each comes to.
@@ -151,8 +167,8 @@ pub(super) fn in_fresh_trials(
     trials: u32,
     crew: Crew<'_>,
 ) -> Result<Vec<Tally>, Failure> {
-    let simulator = Simulator::new(experiment)?;
-    let draws = fresh_draws(&simulator, trials);
+    let simulator = Simulator::new(&experiment.unaided())?;
+    let draws = fresh_draws(&simulator, &experiment.name, trials)?;
     let genotypes: Vec<_> =
         individuals.iter().map(|individual| Arc::clone(&individual.member.genotype)).collect();
     Ok(tallies(&simulator, &genotypes, &draws, crew)?)

@@ -161,7 +161,7 @@ pub(super) async fn chosen(
         genotype: individual.member.genotype.clone(),
     };
     let candidates: Vec<Candidate> = best.iter().map(candidate).collect();
-    let simulator = Simulator::new(&stored.experiment)?;
+    let simulator = Simulator::new(&stored.experiment.unaided())?;
     let Some(chosen) = champion(&simulator, &candidates, crew)? else { return Ok(None) };
     let found = best.into_iter().find(|individual| individual.name.generation == chosen.candidate.generation);
     Ok(found.map(|individual| Individual { validation: Some(chosen.validation), ..individual }))

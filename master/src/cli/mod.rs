@@ -1,6 +1,8 @@
 //! The command line: one file a command. Data goes to stdout, progress, logs and failures to stderr.
 
+mod ancestors;
 pub mod args;
+pub mod battery;
 mod behaviours;
 mod choose;
 pub mod compare;
@@ -10,8 +12,11 @@ pub mod evaluate;
 pub mod history;
 pub mod individuals;
 pub mod output;
+mod overall;
 mod progress;
 pub mod reference;
+pub mod report;
+pub mod reproduce;
 pub mod results;
 pub mod resume;
 pub mod run;
@@ -42,10 +47,13 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::History(args) => history::run(args, &global).await,
         Command::Show(args) => show::run(args, &global).await,
         Command::Evaluate(args) => evaluate::run(args, &global).await,
+        Command::Generalise(args) => battery::generalise(args, &global).await,
         Command::Compare(args) => compare::run(args, &global).await,
         Command::Transfer(args) => transfer::run(args, &global).await,
         Command::Verify(args) => verify::run(args, &global).await,
         Command::Results(args) => results::run(args, &global).await,
+        Command::Report(args) => report::run(args, &global).await,
+        Command::Reproduce(args) => reproduce::run(args, &global).await,
         Command::Digest(args) => digest::run(args, &global).await,
     }
 }

@@ -9,6 +9,7 @@ use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep};
 use tokio_util::sync::CancellationToken;
 
+use super::overall::Overall;
 use crate::driver::{Board, Standing};
 use crate::service::Crew;
 
@@ -26,13 +27,17 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Shows a run on stderr until it is finished.
-    pub(super) fn show(board: watch::Receiver<Board>, crew: watch::Receiver<Crew>) -> Self {
+    /// Shows a run on stderr until it is finished, and how far the study is that it is part of.
+    pub(super) fn show(
+        board: watch::Receiver<Board>,
+        crew: watch::Receiver<Crew>,
+        overall: Option<Overall>,
+    ) -> Self {
         let stop = CancellationToken::new();
         let task = if std::io::stderr().is_terminal() {
-            tokio::spawn(draw(board, crew, stop.clone()))
+            tokio::spawn(draw(board, crew, overall, stop.clone()))
         } else {
-            tokio::spawn(print(board, crew, stop.clone()))
+            tokio::spawn(print(board, crew, overall, stop.clone()))
         };
         Self { stop, task }
     }
@@ -45,7 +50,12 @@ impl Progress {
     }
 }
 
-async fn draw(board: watch::Receiver<Board>, crew: watch::Receiver<Crew>, stop: CancellationToken) {
+async fn draw(
+    board: watch::Receiver<Board>,
+    crew: watch::Receiver<Crew>,
+    overall: Option<Overall>,
+    stop: CancellationToken,
+) {
     let display = MultiProgress::with_draw_target(ProgressDrawTarget::stderr());
     let style = ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len}  {msg}  {eta:>4}");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -65,7 +75,7 @@ async fn draw(board: watch::Receiver<Board>, crew: watch::Receiver<Crew>, stop: 
             bar.set_position(row.done.into());
             bar.set_message(row.message);
         }
-        foot.set_message(workers(*crew.borrow()));
+        foot.set_message(foot_words(&board.borrow(), *crew.borrow(), overall.as_ref()));
         if stop.is_cancelled() {
             break;
         }
@@ -78,7 +88,12 @@ async fn draw(board: watch::Receiver<Board>, crew: watch::Receiver<Crew>, stop: 
     bars.iter().for_each(ProgressBar::abandon);
 }
 
-async fn print(board: watch::Receiver<Board>, crew: watch::Receiver<Crew>, stop: CancellationToken) {
+async fn print(
+    board: watch::Receiver<Board>,
+    crew: watch::Receiver<Crew>,
+    overall: Option<Overall>,
+    stop: CancellationToken,
+) {
     let mut finished: Vec<bool> = board.borrow().standings.iter().map(|standing| standing.finished).collect();
     let mut next = Instant::now() + LINES;
     loop {
@@ -98,6 +113,9 @@ async fn print(board: watch::Receiver<Board>, crew: watch::Receiver<Crew>, stop:
         }
         if Instant::now() >= next {
             next += LINES;
+            if let Some(overall) = &overall {
+                eprintln!("{}", overall.of(&now));
+            }
             for row in by_experiment(&now).into_iter().filter(|row| row.done < row.of) {
                 let (name, message) = (row.name.trim_end(), row.message);
                 eprintln!(
@@ -113,6 +131,12 @@ async fn print(board: watch::Receiver<Board>, crew: watch::Receiver<Crew>, stop:
             () = stop.cancelled() => {}
         }
     }
+}
+
+/// What stands below the bars.
+fn foot_words(board: &Board, crew: Crew, overall: Option<&Overall>) -> String {
+    let study = overall.map(|overall| format!("; {}", overall.of(board)));
+    workers(crew) + study.as_deref().unwrap_or_default()
 }
 
 /// A line of the display.

@@ -1,5 +1,8 @@
 //! `selftalk results`: what an experiment came to, in a folder.
 
+use std::path::Path;
+
+use selftalk_sim::experiment::Task;
 use selftalk_sim::{Behaviour, Simulator};
 
 use super::args::ResultsArgs;
@@ -32,15 +35,33 @@ pub async fn run(args: ResultsArgs, global: &Global) -> Result<(), Failure> {
     if let Some(words) = foreign(&stored.experiment.name, &stored.fingerprint)? {
         return Err(Failure::new(Exit::Mismatch, format!("{words}; write its results with that release")));
     }
+    write(&store, &stored, &args.out, args.fresh.trials, args.fresh.workers).await
+}
+
+/// Writes what an experiment came to into a folder, which must not exist or be empty.
+///
+/// # Errors
+/// [`Failure`] with the exit code and the line to print.
+pub(super) async fn write(
+    store: &SqliteStore,
+    stored: &StoredExperiment,
+    folder: &Path,
+    fresh_trials: u32,
+    workers: Option<u32>,
+) -> Result<(), Failure> {
+    if stored.experiment.task != Task::Elementary {
+        let name = &stored.experiment.name;
+        let message = format!("`{name}` is of the second phase; `selftalk report` writes what it came to");
+        return Err(Failure::new(Exit::Usage, message));
+    }
     // Before the work, not after it.
-    Results::room(&args.out)?;
-    let trials =
-        stored.replications.len() as u64 * u64::from(16 * CANDIDATES * VALIDATION_DRAWS + args.fresh.trials);
+    Results::room(folder)?;
+    let trials = stored.replications.len() as u64 * u64::from(16 * CANDIDATES * VALIDATION_DRAWS + fresh_trials);
     let bar = bar(trials);
     let done = || bar.inc(1);
-    let results = gathered(&store, &stored, args.fresh.trials, crew(args.fresh.workers, &done)).await?;
+    let results = gathered(store, stored, fresh_trials, crew(workers, &done)).await?;
     bar.finish_and_clear();
-    Ok(results.write(&args.out)?)
+    Ok(results.write(folder)?)
 }
 
 async fn gathered(

@@ -23,7 +23,7 @@ pub async fn run(args: ResumeArgs, global: &Global) -> Result<(), Failure> {
     experiments.retain(unfinished);
     experiments.iter().try_for_each(continuable)?;
     let workers = Workers::Here(args.workers.unwrap_or_else(selftalk_worker::available_cores));
-    let ended = conduct(store, experiments, workers, &signal, global).await?;
+    let ended = conduct(store, experiments, workers, &signal, None, global).await?;
     print_summary(&ended, global)?;
     next_steps(&ended, global);
     Ok(())

@@ -1,6 +1,7 @@
 //! `selftalk run`.
 
 use super::Global;
+use super::ancestors::adopt;
 use super::args::RunArgs;
 use super::choose::{continuable, find_or_create, read, resume_command, unfinished};
 use super::conduct::{Workers, conduct, watch_signals};
@@ -15,7 +16,8 @@ use crate::store::{SqliteStore, Store};
 pub async fn run(args: RunArgs, global: &Global) -> Result<(), Failure> {
     let mut overrides = args.set;
     overrides.extend(args.seed.map(|seed| format!("seed={seed}")));
-    let experiment = read(&args.experiment, &overrides)?;
+    let mut experiment = read(&args.experiment, &overrides)?;
+    adopt(&mut experiment, args.ancestors.as_deref(), global).await?;
     let signal = watch_signals()?;
     let store = SqliteStore::open_writer(&global.db).await?;
     let name = &experiment.name;
@@ -37,7 +39,7 @@ pub async fn run(args: RunArgs, global: &Global) -> Result<(), Failure> {
         return Err(Failure::new(Exit::Exists, message));
     }
     let workers = Workers::Here(args.workers.unwrap_or_else(selftalk_worker::available_cores));
-    let ended = conduct(store, vec![stored], workers, &signal, global).await?;
+    let ended = conduct(store, vec![stored], workers, &signal, None, global).await?;
     print_summary(&ended, global)?;
     next_steps(&ended, global);
     Ok(())

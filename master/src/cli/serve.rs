@@ -1,6 +1,7 @@
 //! `selftalk serve`.
 
 use super::Global;
+use super::ancestors::adopt;
 use super::args::ServeArgs;
 use super::choose::{continuable, find_or_create, open_existing, read, unfinished};
 use super::conduct::{Workers, conduct, listen, watch_signals};
@@ -13,7 +14,10 @@ use crate::store::{SqliteStore, Store, StoredExperiment};
 /// # Errors
 /// [`Failure`] with the exit code and the line to print.
 pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
-    let asked = args.experiments.iter().map(|named| read(named, &[])).collect::<Result<Vec<_>, _>>()?;
+    let mut asked = args.experiments.iter().map(|named| read(named, &[])).collect::<Result<Vec<_>, _>>()?;
+    for experiment in &mut asked {
+        adopt(experiment, args.ancestors.as_deref(), global).await?;
+    }
     let signal = watch_signals()?;
     // A taken port is found out before anything is written.
     let listener = listen(args.listen).await?;
@@ -41,7 +45,7 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
     }
     running.iter().try_for_each(continuable)?;
     eprintln!("listening on {address}; workers join with `selftalk-worker --master http://{address}`");
-    let ended = conduct(store, running, Workers::Remote(listener), &signal, global).await?;
+    let ended = conduct(store, running, Workers::Remote(listener), &signal, None, global).await?;
     print_summary(&ended, global)?;
     next_steps(&ended, global);
     Ok(())

@@ -1,6 +1,6 @@
 //! `selftalk show`: an individual and its trials, with what went wrong in them.
 
-use selftalk_sim::{Behaviour, Simulator};
+use selftalk_sim::{Case, Simulator};
 
 use super::args::ShowArgs;
 use super::individuals::{Individual, find, foreign};
@@ -80,7 +80,7 @@ fn behaviours(individual: &Individual) -> Result<Table, Failure> {
     let simulator = Simulator::new(&individual.experiment)?;
     let tally = Tally::of(&simulator, &individual.evaluated.outcomes);
     let mut table = Table::new(["behaviour", "trials", "successes", "score"]);
-    for behaviour in Behaviour::ALL {
+    for &behaviour in simulator.behaviours() {
         table.push([
             behaviour.name().into(),
             tally.trials_of(behaviour).into(),
@@ -119,7 +119,8 @@ pub(super) fn trials(individuals: &[Individual]) -> Result<Table, Failure> {
             if let Some(failure) = &evaluated.failure {
                 row.extend([Cell::Empty, Cell::Empty, failure.as_str().into()]);
             } else {
-                let trace = simulator.trace(&individual.member.genotype, individual.draw(), trial)?;
+                let case = Case::Drawn { draw: individual.draw(), trial };
+                let trace = simulator.trace(&individual.member.genotype, case)?;
                 if let Some(words) = difference(stored, &trace.outcome) {
                     return Err(differs(individual, trial, &words)?);
                 }

@@ -9,8 +9,20 @@ use super::{Global, select};
 use crate::exit::Failure;
 
 /// What the trials in the other engine came to.
-const SHARES: [&str; 12] = [
-    "engine", "reach", "open", "grasp", "move", "all", "to", "to_reach", "to_open", "to_grasp", "to_move",
+const SHARES: [&str; 14] = [
+    "engine",
+    "reach",
+    "open",
+    "grasp",
+    "move",
+    "move_to_target",
+    "all",
+    "to",
+    "to_reach",
+    "to_open",
+    "to_grasp",
+    "to_move",
+    "to_move_to_target",
     "to_all",
 ];
 

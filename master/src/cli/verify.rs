@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use indicatif::ProgressBar;
-use selftalk_sim::{Simulator, TrialOutcome};
+use selftalk_sim::{Case, Simulator, TrialOutcome};
 use sha2::{Digest, Sha256};
 
 use super::args::VerifyArgs;
@@ -266,8 +266,13 @@ async fn verify(
             let draw = draw(experiment, replication.number, entry.generation);
             for (trial, stored) in (0..simulator.trial_count()).zip(&evaluated.outcomes) {
                 let genotype = Arc::clone(&member.genotype);
-                batch.tasks.push(Task { genotype, draw, trial });
-                batch.stored.push((entry.generation, evaluated.member, *stored));
+                batch.tasks.push(Task { genotype, case: Case::Drawn { draw, trial } });
+                batch.stored.push(Stored {
+                    generation: entry.generation,
+                    individual: evaluated.member,
+                    trial,
+                    outcome: *stored,
+                });
             }
         }
         before += u64::from(entry.distinct_genotypes);
@@ -284,19 +289,25 @@ async fn verify(
 #[derive(Default)]
 struct Batch {
     tasks: Vec<Task>,
-    /// Generation, individual and outcome.
-    stored: Vec<(u32, u32, TrialOutcome)>,
+    stored: Vec<Stored>,
+}
+
+/// The outcome that is stored of a trial.
+struct Stored {
+    generation: u32,
+    individual: u32,
+    trial: u32,
+    outcome: TrialOutcome,
 }
 
 impl Batch {
     fn run(&mut self, simulator: &Simulator, crew: Crew<'_>, verified: &mut Verified) -> Result<(), Failure> {
         let outcomes = run_trials(simulator, &self.tasks, crew)?;
         verified.trials += outcomes.len() as u64;
-        for (task, ((generation, individual, stored), again)) in
-            self.tasks.drain(..).zip(self.stored.drain(..).zip(outcomes))
-        {
-            if let Some(what) = difference(&stored, &again) {
-                let (individual, trial) = (Some(individual), Some(task.trial));
+        self.tasks.clear();
+        for (Stored { generation, individual, trial, outcome }, again) in self.stored.drain(..).zip(outcomes) {
+            if let Some(what) = difference(&outcome, &again) {
+                let (individual, trial) = (Some(individual), Some(trial));
                 verified.mismatches.push(Mismatch { generation, individual, trial, what });
             }
         }

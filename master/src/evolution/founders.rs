@@ -8,21 +8,27 @@ use selftalk_sim::{Experiment, Genotype};
 
 use super::{Member, Origin, Population};
 
-/// Generation 0 of a replication: `evolution.population` genotypes of `genes` genes, every bit drawn at random.
+/// Generation 0 of a replication: `evolution.population` genotypes of `genes` genes, every bit drawn at random but
+/// those that are inherited. Of these each of the experiment's ancestors gives equally many individuals all, or one
+/// more than another where they do not divide the population (paper, section III.B).
 #[must_use]
 pub fn founders(experiment: &Experiment, genes: usize, replication: u32) -> Population {
-    let member = |index| {
+    let population = experiment.evolution.population;
+    let ancestors = &experiment.ancestors.genotypes;
+    let member = |index: u32| {
         let key =
             StreamKey { seed: experiment.seed, replication, generation: 0, purpose: Purpose::Founder, index };
-        let mut bytes = vec![0; genes * 2];
+        let ancestor = u64::from(index) * ancestors.len() as u64 / u64::from(population);
+        let mut whole = ancestors.get(ancestor as usize).map_or(Vec::new(), |of| of.genes().to_vec());
+        let mut bytes = vec![0; genes.saturating_sub(whole.len()) * 2];
         key.stream().fill_bytes(&mut bytes);
-        let genes: Vec<u16> = bytes.as_chunks().0.iter().copied().map(u16::from_le_bytes).collect();
-        Member { genotype: Arc::new(Genotype::new(genes)), origin: Origin::Founder }
+        whole.extend(bytes.as_chunks().0.iter().copied().map(u16::from_le_bytes));
+        Member { genotype: Arc::new(Genotype::new(whole)), origin: Origin::Founder }
     };
     Population {
         replication,
         generation: 0,
-        members: (0..experiment.evolution.population).map(member).collect(),
+        members: (0..population).map(member).collect(),
     }
 }
 
@@ -41,6 +47,26 @@ mod tests {
         assert_ne!(first.members, founders(&experiment, 613, 1).members);
         let reseeded = Experiment { seed: 2, ..experiment };
         assert_ne!(first.members, founders(&reseeded, 613, 0).members);
+    }
+
+    #[test]
+    fn ancestors_have_ten_heirs_each_whose_new_genes_differ() {
+        let mut experiment = Experiment::default();
+        experiment.ancestors.genotypes = (0..10).map(|ancestor| Genotype::new([ancestor; 7])).collect();
+        let first = founders(&experiment, 10, 0);
+        for (index, member) in first.members.iter().enumerate() {
+            assert_eq!(member.genotype.genes()[..7], [index as u16 / 10; 7]);
+            assert_eq!(member.genotype.genes().len(), 10);
+        }
+        assert_eq!(distinct(&first).len(), 100);
+        let second = founders(&experiment, 10, 1);
+        assert!(first.members.iter().zip(&second.members).all(|(one, other)| one.genotype != other.genotype));
+        experiment.ancestors.genotypes.truncate(3);
+        let uneven = founders(&experiment, 10, 0);
+        let heirs = |ancestor| {
+            uneven.members.iter().filter(|member| member.genotype.genes()[0] == ancestor).count()
+        };
+        assert_eq!([heirs(0), heirs(1), heirs(2)], [34, 33, 33]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use rand::RngExt;
+use selftalk_sim::controller::Layout;
 use selftalk_sim::genotype::GENE_BITS;
 use selftalk_sim::stream::{Purpose, StreamKey};
 use selftalk_sim::{Experiment, Genotype};
@@ -10,7 +11,8 @@ use selftalk_sim::{Experiment, Genotype};
 use super::{Member, Origin, Population};
 
 /// The next generation: each of the `evolution.parents` best has `evolution.offspring` children, the first an
-/// unvaried copy, the others copies in which every bit flips with probability `evolution.mutation`.
+/// unvaried copy, the others copies in which every bit flips with probability `evolution.mutation`, but for the bits
+/// that are inherited from the experiment's ancestors.
 ///
 /// `ranking` is a ranking of `population` ([`super::ranking`]), and the experiment one that was checked when read.
 /// Children are ordered by their parents' rank.
@@ -18,6 +20,7 @@ use super::{Member, Origin, Population};
 pub fn reproduce(experiment: &Experiment, population: &Population, ranking: &[u32]) -> Population {
     let evolution = &experiment.evolution;
     let (replication, generation) = (population.replication, population.generation + 1);
+    let inherited = Layout::inherited(experiment);
     let parents = ranking.iter().take(evolution.parents as usize);
     let births = parents.flat_map(|&parent| (0..evolution.offspring).map(move |child| (parent, child == 0)));
     let members = (0..)
@@ -29,23 +32,28 @@ pub fn reproduce(experiment: &Experiment, population: &Population, ranking: &[u3
             }
             let purpose = Purpose::Mutation;
             let key = StreamKey { seed: experiment.seed, replication, generation, purpose, index };
-            let (genotype, flipped) = vary(genotype, evolution.mutation, key);
+            let (genotype, flipped) = vary(genotype, inherited, evolution.mutation, key);
             Member { genotype, origin: Origin::Varied { parent, flipped } }
         })
         .collect();
     Population { replication, generation, members }
 }
 
-/// A varied copy and the bits that flipped. One number is drawn for every bit, from bit 0 on.
-fn vary(genotype: &Arc<Genotype>, mutation: f64, key: StreamKey) -> (Arc<Genotype>, Vec<u32>) {
+/// A varied copy and the bits that flipped. One number is drawn for every bit from that of gene `first` on.
+fn vary(
+    genotype: &Arc<Genotype>,
+    first: usize,
+    mutation: f64,
+    key: StreamKey,
+) -> (Arc<Genotype>, Vec<u32>) {
     let mut stream = key.stream();
     let mut genes = genotype.genes().to_vec();
     let mut flipped = Vec::new();
-    for (gene, first) in genes.iter_mut().zip((0..).step_by(GENE_BITS as usize)) {
+    for (gene, lowest) in genes.iter_mut().zip((0..).step_by(GENE_BITS as usize)).skip(first) {
         for bit in 0..GENE_BITS {
             if stream.random_bool(mutation) {
                 *gene ^= 1 << bit;
-                flipped.push(first + bit);
+                flipped.push(lowest + bit);
             }
         }
     }
@@ -57,6 +65,7 @@ fn vary(genotype: &Arc<Genotype>, mutation: f64, key: StreamKey) -> (Arc<Genotyp
 mod tests {
     use super::*;
     use crate::evolution::founders;
+    use selftalk_sim::experiment::Added;
 
     const GENES: usize = 613;
 
@@ -103,6 +112,18 @@ mod tests {
         assert_eq!(copies.members[1].genotype, parents.members[99].genotype);
         let inverted = reproduce(&experiment(1.0), &parents, &descending());
         assert!(inverted.members[1].origin.flipped().iter().copied().eq(0..9808));
+    }
+
+    #[test]
+    fn inherited_bits_never_flip() {
+        let mut experiment = experiment(1.0);
+        experiment.controller.added = Added::Internal;
+        experiment.ancestors.genotypes = vec![Genotype::new([7; GENES])];
+        let parents = founders(&experiment, GENES + 148, 0);
+        let children = reproduce(&experiment, &parents, &descending());
+        let all_new = GENES as u32 * 16..(GENES as u32 + 148) * 16;
+        assert!(children.members[1].origin.flipped().iter().copied().eq(all_new));
+        assert_eq!(children.members[1].genotype.genes()[..GENES], [7; GENES]);
     }
 
     #[test]

@@ -130,7 +130,7 @@ fn champion(
     let fresh = anew(best.fresh_trials, Draw::test)?;
     for summary in results.summary.iter().filter(|row| row.replication == best.replication) {
         let shares = [summary.fresh_reach, summary.fresh_open, summary.fresh_grasp, summary.fresh_move];
-        for (behaviour, stored) in Behaviour::ALL.into_iter().zip(shares) {
+        for (behaviour, stored) in Behaviour::ELEMENTARY.into_iter().zip(shares) {
             let again = fresh.share_of(behaviour);
             if kept_bits(stored) != kept_bits(again) {
                 let behaviour = behaviour.name();

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use selftalk_sim::{Draw, Genotype, Job, Simulator, TrialOutcome};
+use selftalk_sim::{Case, Draw, Genotype, Job, Simulator, TrialOutcome};
 
 use super::RetestError;
 
@@ -13,17 +13,16 @@ use super::RetestError;
 pub struct Task {
     /// The genotype under test.
     pub genotype: Arc<Genotype>,
-    /// Object and target positions.
-    pub draw: Draw,
-    /// Trial, counted from 0.
-    pub trial: u32,
+    /// Which trial.
+    pub case: Case,
 }
 
 impl Task {
     /// All trials of a genotype in one draw, in order.
     pub fn all(simulator: &Simulator, genotype: &Arc<Genotype>, draw: Draw) -> impl Iterator<Item = Self> {
         let genotype = Arc::clone(genotype);
-        (0..simulator.trial_count()).map(move |trial| Self { genotype: Arc::clone(&genotype), draw, trial })
+        (0..simulator.trial_count())
+            .map(move |trial| Self { genotype: Arc::clone(&genotype), case: Case::Drawn { draw, trial } })
     }
 }
 
@@ -52,8 +51,8 @@ pub fn run(simulator: &Simulator, tasks: &[Task], crew: Crew<'_>) -> Result<Vec<
         let mut outcomes = Vec::new();
         let job = || {
             let tag = next.fetch_add(1, Ordering::Relaxed);
-            let Task { genotype, draw, trial } = tasks.get(tag)?.clone();
-            Some(Job { genotype, draw, trial, tag })
+            let Task { genotype, case } = tasks.get(tag)?.clone();
+            Some(Job { genotype, case, tag })
         };
         let done = |tag: usize, outcome| {
             outcomes.push((tag, outcome));
@@ -105,7 +104,8 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_an_error() {
         let simulator = Simulator::new(&Experiment::default()).unwrap();
-        let task = Task { genotype: Arc::new(Genotype::new([1])), draw: Draw::test(0), trial: 0 };
+        let case = Case::Drawn { draw: Draw::test(0), trial: 0 };
+        let task = Task { genotype: Arc::new(Genotype::new([1])), case };
         let failed = run(&simulator, &[task], Crew { threads: 2, done: &|| {} });
         assert!(matches!(failed, Err(RetestError::Sim(_))), "{failed:?}");
     }

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use selftalk_sim::{Behaviour, Draw, Genotype, Simulator};
+use selftalk_sim::{Draw, Genotype, Simulator};
 
 use super::RetestError;
 use super::batch::Crew;
@@ -59,7 +59,7 @@ pub fn champion(
     let draws: Vec<Draw> = (0..VALIDATION_DRAWS).map(Draw::validation).collect();
     let validations = tallies(simulator, &genotypes, &draws, crew)?;
     let score =
-        |tally: &Tally| Behaviour::ALL.iter().map(|behaviour| tally.score_of(*behaviour)).sum::<f64>();
+        |tally: &Tally| simulator.behaviours().iter().map(|behaviour| tally.score_of(*behaviour)).sum::<f64>();
     let best = distinct.into_iter().zip(validations).max_by(|(_, a), (_, b)| {
         a.successes().cmp(&b.successes()).then_with(|| score(a).total_cmp(&score(b)))
     });
@@ -69,6 +69,7 @@ pub fn champion(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use selftalk_sim::Behaviour;
     use crate::retest::tests::brief;
 
     #[test]
@@ -86,7 +87,7 @@ mod tests {
         let genotypes = [&a, &b].map(|candidate| Arc::clone(&candidate.genotype));
         let both = tallies(&simulator, &genotypes, &draws, crew).unwrap();
         let value = |tally: &Tally| {
-            (tally.successes(), Behaviour::ALL.iter().map(|of| tally.score_of(*of)).sum::<f64>())
+            (tally.successes(), Behaviour::ELEMENTARY.iter().map(|of| tally.score_of(*of)).sum::<f64>())
         };
         let (better, tally) =
             if value(&both[0]) > value(&both[1]) { (20_000, both[0]) } else { (40_000, both[1]) };

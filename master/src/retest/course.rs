@@ -39,9 +39,8 @@ impl<'a> Course<'a> {
     /// Share of the control steps in which attention was on what the behaviour is about.
     #[must_use]
     pub fn focus(&self) -> f64 {
-        let right = |frame: &&Frame| frame.motors.attends_target() == self.behaviour.is_about_target();
         let frames = &self.trace.frames;
-        frames.iter().filter(right).count() as f64 / frames.len().max(1) as f64
+        frames.iter().filter(|frame| frame.focused).count() as f64 / frames.len().max(1) as f64
     }
 
     /// What the goal asks for and was not so at any step.
@@ -81,7 +80,11 @@ impl<'a> Course<'a> {
                 parts.extend(self.dropped());
                 parts.extend(self.end());
                 if self.focus() < 0.9 {
-                    let thing = if self.behaviour.is_about_target() { "target" } else { "object" };
+                    let thing = match self.behaviour {
+                        Behaviour::Move => "target",
+                        Behaviour::MoveToTarget => "right thing",
+                        _ => "object",
+                    };
                     parts
                         .push(format!("focus on the {thing} for {:.0} % of the trial", 100.0 * self.focus()));
                 }
@@ -160,7 +163,7 @@ impl<'a> Course<'a> {
 
     /// Where the distance was at the end, if it is all that counts and had been smaller.
     fn end(&self) -> Option<String> {
-        if !matches!(self.behaviour, Behaviour::Reach | Behaviour::Move) {
+        if !matches!(self.behaviour, Behaviour::Reach | Behaviour::Move | Behaviour::MoveToTarget) {
             return None;
         }
         let condition = self.trace.frames.last()?.conditions.first()?;
@@ -171,7 +174,7 @@ impl<'a> Course<'a> {
 
     /// Which sensors ever touched the object that is to be grasped.
     fn touched(&self) -> Option<String> {
-        if self.behaviour != Behaviour::Grasp {
+        if !matches!(self.behaviour, Behaviour::Grasp | Behaviour::MoveToTarget) {
             return None;
         }
         let touched = |sensor: usize| self.trace.frames.iter().any(|frame| frame.observation.touch[sensor]);

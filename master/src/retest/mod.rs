@@ -3,6 +3,7 @@
 //! All of it runs on the cores of this machine, and no result depends on how many there are.
 
 mod batch;
+mod battery;
 mod champion;
 mod course;
 mod tally;
@@ -16,6 +17,7 @@ use selftalk_sim::SimError;
 use thiserror::Error;
 
 pub use batch::{Crew, Task, run};
+pub use battery::{battery, cases};
 pub use champion::{CANDIDATES, Candidate, Champion, VALIDATION_DRAWS, champion};
 pub use course::Course;
 pub use tally::{Tally, tallies};

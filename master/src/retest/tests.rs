@@ -1,7 +1,7 @@
 //! What is said of trials that failed.
 
 use selftalk_sim::behaviours::{Bound, Condition, Quantity};
-use selftalk_sim::controller::{INTERNAL, MOTORS, Motors, SENSORS};
+use selftalk_sim::controller::{Activity, MOTORS, Motors, SENSORS};
 use selftalk_sim::physics::{Observation, TOUCH_SENSORS};
 use selftalk_sim::robot::JOINTS;
 use selftalk_sim::{Behaviour, Experiment, Frame, Trace, TrialOutcome, scene};
@@ -40,12 +40,16 @@ fn seen() -> Observation {
 fn frame(observation: Observation, focus: f64, conditions: &[Condition]) -> Frame {
     let mut motors = Motors([0.5; MOTORS]);
     motors.0[0] = focus;
+    let about_target = conditions.iter().any(|condition| condition.quantity == Quantity::ObjectToTarget);
     Frame {
         sensors: [0.0; SENSORS],
-        internal: [0.0; INTERNAL],
+        heard: None,
+        activity: Activity::default(),
+        said: None,
         motors,
         observation,
         reward: 0.5,
+        focused: motors.attends_target() == about_target,
         goal: conditions.iter().all(Condition::holds),
         conditions: conditions.to_vec(),
     }

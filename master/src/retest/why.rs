@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use selftalk_sim::behaviours::Quantity;
-use selftalk_sim::{Draw, Experiment, Genotype, Simulator};
+use selftalk_sim::{Case, Draw, Experiment, Genotype, Simulator};
 
 use super::RetestError;
 use super::course::Course;
@@ -50,7 +50,7 @@ pub fn why(
     let mut kinds: BTreeMap<String, Kind> = BTreeMap::new();
     let mut why = Why { trials: 0, successes: 0, score: 0.0, focus: 0.0, reasons: String::new() };
     for draw in draws {
-        let trace = simulator.trace(genotype, *draw, trial)?;
+        let trace = simulator.trace(genotype, Case::Drawn { draw: *draw, trial })?;
         let course = Course::new(experiment, simulator.behaviour(trial), &trace);
         why.trials += 1;
         why.score += trace.outcome.score;

@@ -12,6 +12,7 @@ mod memory;
 mod model;
 mod open;
 mod read;
+mod retest;
 mod sqlite;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -29,6 +30,7 @@ pub use model::{
     Evaluated, ExperimentId, GenerationCommit, GenerationRecord, GenerationSummary, ReplicationId,
     ReplicationState, Resumed, StoredExperiment, StoredReplication, WorkerId, WorkerInfo,
 };
+pub use retest::{Retest, Test};
 pub use sqlite::{Generations, SqliteStore};
 
 /// Where a master keeps its history. There is one writer at a time; calls may come from many tasks.

@@ -100,7 +100,7 @@ impl SqliteStore {
         Ok(state)
     }
 
-    async fn commit(&self, mut state: MutexGuard<'_, State>) -> Result<(), StoreError> {
+    pub(super) async fn commit(&self, mut state: MutexGuard<'_, State>) -> Result<(), StoreError> {
         let commit = sqlx::query("COMMIT").execute(&mut state.connection).await;
         commit.map_err(|error| self.fail(&error))?;
         state.unsettled = false;

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use selftalk_sim::behaviours::Starts;
 use selftalk_sim::robot::{JOINTS, RobotModel};
-use selftalk_sim::{Behaviour, Draw, Experiment, Genotype, SETTLING, Simulator, body};
+use selftalk_sim::{Case, Draw, Experiment, Genotype, SETTLING, Simulator, body};
 use serde::Serialize;
 
 /// The genes of a controller that evolution found, hexadecimal: the champion of replication 0 in
@@ -53,8 +53,8 @@ impl Recording {
         let starts = Starts::shipped()?;
         (0..simulator.trial_count())
             .map(|trial| {
-                let behaviour = Behaviour::of_trial(trial);
-                let trace = simulator.trace(genotype, draw, trial)?;
+                let behaviour = simulator.behaviour(trial);
+                let trace = simulator.trace(genotype, Case::Drawn { draw, trial })?;
                 let settling = starts.of(behaviour)[trial as usize % 4].placement([0.0; 2]).targets;
                 let given = trace.frames.iter().map(|frame| body::command(&robot, &frame.motors));
                 Ok(Self {

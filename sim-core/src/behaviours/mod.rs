@@ -1,13 +1,15 @@
-//! The four elementary actions (paper, section II.C): the goal of each, and the graded reward on the way to it.
+//! The four elementary actions and MOVE-TO-TARGET (paper, section II.C): the goal of each, and the graded reward on the
+//! way to it.
 
 mod goal;
 mod grasp;
+mod integrated;
 mod open;
 mod reach;
 mod starts;
 mod transport;
 
-use crate::experiment::{Experiment, Near};
+use crate::experiment::{self, Experiment, Near};
 use crate::physics::Observation;
 use crate::robot::RobotModel;
 use crate::scene;
@@ -15,7 +17,7 @@ use crate::scene;
 pub use goal::{Bound, Condition, Quantity};
 pub use starts::{InHand, Start, StartError, Starts};
 
-/// An elementary action, in the order of the trials and of the linguistic labels.
+/// What a trial asks for; the elementary actions in the order of the trials and of the linguistic labels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Behaviour {
     /// Bring the hand over the object.
@@ -26,11 +28,16 @@ pub enum Behaviour {
     Grasp,
     /// Carry the object to the target.
     Move,
+    /// Fetch a distant object and carry it to the target.
+    MoveToTarget,
 }
 
 impl Behaviour {
+    /// The elementary actions, which have labels.
+    pub const ELEMENTARY: [Self; 4] = [Self::Reach, Self::Open, Self::Grasp, Self::Move];
+
     /// All behaviours.
-    pub const ALL: [Self; 4] = [Self::Reach, Self::Open, Self::Grasp, Self::Move];
+    pub const ALL: [Self; 5] = [Self::Reach, Self::Open, Self::Grasp, Self::Move, Self::MoveToTarget];
 
     /// Lower-case name.
     #[must_use]
@@ -40,6 +47,7 @@ impl Behaviour {
             Self::Open => "open",
             Self::Grasp => "grasp",
             Self::Move => "move",
+            Self::MoveToTarget => "move-to-target",
         }
     }
 
@@ -51,13 +59,15 @@ impl Behaviour {
             Self::Open => experiment.open.steps,
             Self::Grasp => experiment.grasp.steps,
             Self::Move => experiment.transport.steps,
+            Self::MoveToTarget => experiment.move_to_target.steps,
         }
     }
 
-    /// Whether attention belongs on the target rather than on the object.
+    /// Whether attention belongs on the target rather than on the object. In MOVE-TO-TARGET it does once the object has
+    /// been `lifted`.
     #[must_use]
-    pub fn is_about_target(self) -> bool {
-        self == Self::Move
+    pub fn is_about_target(self, lifted: bool) -> bool {
+        self == Self::Move || (self == Self::MoveToTarget && lifted)
     }
 
     /// How the state is judged.
@@ -68,6 +78,7 @@ impl Behaviour {
             Self::Open => open::judge(&experiment.open, view),
             Self::Grasp => grasp::judge(&experiment.grasp, view),
             Self::Move => transport::judge(&experiment.transport, view),
+            Self::MoveToTarget => integrated::judge(&experiment.move_to_target, view),
         }
     }
 
@@ -79,6 +90,7 @@ impl Behaviour {
             Self::Open => open::conditions(&experiment.open, view).to_vec(),
             Self::Grasp => grasp::conditions(&experiment.grasp, view).to_vec(),
             Self::Move => transport::conditions(&experiment.transport, view).to_vec(),
+            Self::MoveToTarget => integrated::conditions(&experiment.move_to_target, view).to_vec(),
         }
     }
 }
@@ -137,6 +149,12 @@ impl View<'_> {
     /// Height of the object's base above the table while it is upright.
     fn height(&self) -> f64 {
         self.observation.object[2] - scene::OBJECT_STANDING
+    }
+
+    /// Whether the hand holds the object above the table, as MOVE asks for.
+    #[must_use]
+    pub fn is_lifted(&self, settings: &experiment::Move) -> bool {
+        self.touches() >= settings.held_touches && self.height() > settings.held_height
     }
 }
 

@@ -81,11 +81,11 @@ impl Starts {
         toml::from_str(STARTS).map_err(|error| StartError(error.message().to_owned()))
     }
 
-    /// The postures of a behaviour.
+    /// The postures of a behaviour. MOVE-TO-TARGET begins where REACH does.
     #[must_use]
     pub fn of(&self, behaviour: Behaviour) -> &[Start; 4] {
         match behaviour {
-            Behaviour::Reach => &self.reach,
+            Behaviour::Reach | Behaviour::MoveToTarget => &self.reach,
             Behaviour::Open => &self.open,
             Behaviour::Grasp => &self.grasp,
             Behaviour::Move => &self.transport,

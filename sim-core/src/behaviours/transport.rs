@@ -11,7 +11,7 @@ pub(super) fn conditions(settings: &Move, view: &View<'_>) -> [Condition; 1] {
 pub(super) fn judge(settings: &Move, view: &View<'_>) -> Judgement {
     let conditions = conditions(settings, view);
     let [distance] = conditions.map(|condition| condition.value);
-    let held = view.touches() >= settings.held_touches && view.height() > settings.held_height;
+    let held = view.is_lifted(settings);
     let weight = settings.near_weight;
     Judgement {
         reward: weight * near(&settings.near, distance) + (1.0 - weight) * f64::from(u8::from(held)),

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-use super::{Experiment, Near, Problem};
+use super::{Added, Experiment, Near, Problem};
 
 /// Checks all values, in the order of the file.
 pub(super) fn check(experiment: &Experiment) -> Result<(), Problem> {
@@ -32,7 +32,8 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), Problem> {
     within("trials.hold", e.trials.hold, 1..=shortest_trial(e))?;
     within("trials.goal_share", e.trials.goal_share, 0.0..=1.0)?;
     within("trials.wrong_focus", e.trials.wrong_focus, 0.0..=1.0)?;
-    behaviours(e)
+    behaviours(e)?;
+    integration(e)
 }
 
 fn evolution(experiment: &Experiment) -> Result<(), Problem> {
@@ -83,11 +84,34 @@ fn behaviours(experiment: &Experiment) -> Result<(), Problem> {
     within("move.held_height", transport.held_height, 0.0..=1.0)
 }
 
+fn integration(experiment: &Experiment) -> Result<(), Problem> {
+    let Experiment { move_to_target, caretaker, ancestors, .. } = experiment;
+    within("move_to_target.steps", move_to_target.steps, STEPS)?;
+    within("move_to_target.goal_distance", move_to_target.goal_distance, DISTANCE)?;
+    within("move_to_target.goal_share", move_to_target.goal_share, 0.0..=1.0)?;
+    if !(0.0..=1.0 - move_to_target.goal_share).contains(&move_to_target.lift_share) {
+        let most = 1.0 - move_to_target.goal_share;
+        let allowed = format!("between 0 and {most} (1 - move_to_target.goal_share)");
+        return Err(value("move_to_target.lift_share", move_to_target.lift_share, allowed));
+    }
+    within("caretaker.anticipation_share", caretaker.anticipation_share, 0.0..=1.0)?;
+    within("caretaker.soon", caretaker.soon, 1..=100_000)?;
+    within("caretaker.early", caretaker.early, caretaker.soon..=100_000)?;
+    within("caretaker.early_reward", caretaker.early_reward, 0.0..=1.0)?;
+    if !ancestors.genotypes.is_empty() && experiment.controller.added == Added::None {
+        let allowed = "\"internal\" or \"speech\" with ancestors, whose genes stay as they are";
+        return Err(value("controller.added", "\"none\"", allowed));
+    }
+    Ok(())
+}
+
 const STEPS: RangeInclusive<u32> = 1..=100_000;
 const DISTANCE: RangeInclusive<f64> = 1e-3..=10.0;
 
 fn shortest_trial(e: &Experiment) -> u32 {
-    e.reach.steps.min(e.open.steps).min(e.grasp.steps).min(e.transport.steps).max(1)
+    let lengths =
+        [e.reach.steps, e.open.steps, e.grasp.steps, e.transport.steps, e.move_to_target.steps];
+    lengths.into_iter().fold(u32::MAX, u32::min).max(1)
 }
 
 fn near(key: &str, near: &Near) -> Result<(), Problem> {

@@ -4,6 +4,7 @@
 //! of them out, so that a stored experiment never depends on a later release's defaults.
 
 mod check;
+mod integration;
 mod preset;
 mod settings;
 
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use toml::{Table, Value};
 
+pub use integration::{Added, Ancestors, Caretaker, MoveToTarget, Speaks, Task};
 pub use preset::{PRESETS, Preset};
 pub use settings::{Controller, Engine, Evolution, Grasp, Move, Near, Open, Physics, Reach, Scene, Trials};
 
@@ -77,6 +79,8 @@ pub struct Experiment {
     pub generations: u32,
     /// The physics engine.
     pub engine: Engine,
+    /// What an individual is selected by.
+    pub task: Task,
     /// Selection and variation.
     pub evolution: Evolution,
     /// The neural controller.
@@ -96,6 +100,12 @@ pub struct Experiment {
     /// MOVE: carry the object to the target.
     #[serde(rename = "move")]
     pub transport: Move,
+    /// MOVE-TO-TARGET: fetch the object and carry it to the target.
+    pub move_to_target: MoveToTarget,
+    /// Who says which elementary action is due in MOVE-TO-TARGET.
+    pub caretaker: Caretaker,
+    /// Individuals that generation 0 is made from.
+    pub ancestors: Ancestors,
 }
 
 impl Default for Experiment {
@@ -106,6 +116,7 @@ impl Default for Experiment {
             replications: 10,
             generations: 1500,
             engine: Engine::default(),
+            task: Task::default(),
             evolution: Evolution::default(),
             controller: Controller::default(),
             physics: Physics::default(),
@@ -115,6 +126,9 @@ impl Default for Experiment {
             open: Open::default(),
             grasp: Grasp::default(),
             transport: Move::default(),
+            move_to_target: MoveToTarget::default(),
+            caretaker: Caretaker::default(),
+            ancestors: Ancestors::default(),
         }
     }
 }
@@ -145,6 +159,13 @@ impl Experiment {
         })?;
         check::check(&experiment)?;
         Ok(experiment)
+    }
+
+    /// The same experiment without a caretaker, as robots are tested that have to help themselves (paper, section III.B).
+    #[must_use]
+    pub fn unaided(&self) -> Self {
+        let caretaker = Caretaker { speaks: Speaks::Never, ..self.caretaker.clone() };
+        Self { caretaker, ..self.clone() }
     }
 
     /// The complete experiment as TOML, defaults written out. Equal experiments give equal text.

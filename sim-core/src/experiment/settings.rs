@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::integration::Added;
 use crate::scene;
 
 /// Which physics engine runs the trials.
@@ -63,7 +64,7 @@ impl Default for Evolution {
             parents: 20,
             offspring: 5,
             mutation: 0.00005,
-            draws_every: 20,
+            draws_every: 1,
             stop_at_optimum: false,
         }
     }
@@ -83,11 +84,20 @@ pub struct Controller {
     pub position_limit: f64,
     /// Whether the 15 internal neurons are connected among themselves.
     pub recurrent: bool,
+    /// Neurons that the second phase adds.
+    pub added: Added,
 }
 
 impl Default for Controller {
     fn default() -> Self {
-        Self { weight_range: 1.0, slope: 3.0, position_scale: 0.1, position_limit: 2.5, recurrent: false }
+        Self {
+            weight_range: 1.0,
+            slope: 3.0,
+            position_scale: 0.1,
+            position_limit: 2.5,
+            recurrent: false,
+            added: Added::None,
+        }
     }
 }
 
@@ -163,7 +173,7 @@ pub struct Trials {
 
 impl Default for Trials {
     fn default() -> Self {
-        Self { hold: 3, goal_share: 0.2, wrong_focus: 0.3 }
+        Self { hold: 1, goal_share: 0.2, wrong_focus: 0.3 }
     }
 }
 

@@ -62,6 +62,7 @@ Examples:
   selftalk evaluate champion --trials 1600
   selftalk evaluate best --replication 0 --why
   selftalk evaluate quickstart/0/59/12 quickstart/1/59/3 --format csv
+  selftalk evaluate --post --experiment integrated-lst
 
 `selftalk --help` lists the exit codes.")]
 pub struct EvaluateArgs {
@@ -71,7 +72,11 @@ pub struct EvaluateArgs {
     /// How.
     #[command(flatten)]
     pub fresh: Fresh,
-    /// A line for each of the 16 trials, with how it fails
+    /// Post-evaluation, for the second training phase: 40 trials without a caretaker for the best individual of every
+    /// generation. What comes out is kept in the database, for `generalise` and `report`
+    #[arg(long, conflicts_with_all = ["why", "individuals", "generation", "trials"])]
+    pub post: bool,
+    /// A line for each of an individual's trials, with how it fails
     #[arg(long)]
     pub why: bool,
 }
@@ -134,6 +139,29 @@ pub struct VerifyArgs {
     pub workers: Option<u32>,
 }
 
+/// Arguments of `selftalk generalise`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+The best robot of a replication of the second training phase is the one with most successes in post-evaluation, of several
+the latest. It fetches the object from 7 x 7 places over 35 x 35 cm, from 4 initial postures each, without a caretaker; in
+experiments with a caretaker also with one that speaks in all trials. What comes out is kept in the database, for `report`;
+what is kept already is not run again.
+
+Examples:
+  selftalk evaluate --post                      first: who is best
+  selftalk generalise
+  selftalk generalise --experiment integrated-lst --replication 0
+
+`selftalk --help` lists the exit codes.")]
+pub struct GeneraliseArgs {
+    /// Which replications.
+    #[command(flatten)]
+    pub of: ReplicationFilter,
+    /// Threads that run trials [default: one for every core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub workers: Option<u32>,
+}
+
 /// Arguments of `selftalk results`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -156,6 +184,27 @@ pub struct ResultsArgs {
     /// How the champions are reported on.
     #[command(flatten)]
     pub fresh: Fresh,
+}
+
+/// Arguments of `selftalk report`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Everything is read from the database: boxplots of post-evaluation and generalisation (the paper's figures 4 and 6), learning
+curves, tests between the conditions, robots with the caretaker's labels and with their own, and a page that sets it all
+beside the paper. Figures are SVG and PNG, each with its CSV.
+
+Examples:
+  selftalk report --out report
+  selftalk report integrated-c integrated-lst --out report
+
+`selftalk --help` lists the exit codes.")]
+pub struct ReportArgs {
+    /// Experiments of the second training phase [default: all of them]
+    #[arg(value_name = "EXPERIMENT")]
+    pub experiments: Vec<String>,
+    /// The folder; files of the report that are there are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 /// Generations from one to another.
@@ -185,7 +234,7 @@ fn range(text: &str) -> Result<GenerationRange, String> {
 /// Fresh trials.
 #[derive(Debug, Clone, Args)]
 pub struct Fresh {
-    /// Trials of each individual, a multiple of 16: four of each behaviour in every draw of positions
+    /// Trials of each individual, in whole draws of positions: a multiple of 16, or of 8 in the second training phase
     #[arg(long, value_name = "N", default_value_t = 400, value_parser = whole_draws)]
     pub trials: u32,
     /// Threads that run trials [default: one for every core]
@@ -197,8 +246,8 @@ pub struct Fresh {
 const MOST_TRIALS: u32 = 1_600_000;
 
 fn whole_draws(text: &str) -> Result<u32, String> {
-    let fits = |trials: &u32| *trials > 0 && trials.is_multiple_of(16) && *trials <= MOST_TRIALS;
-    let wrong = || format!("expected a multiple of 16 from 16 to {MOST_TRIALS}");
+    let fits = |trials: &u32| *trials > 0 && trials.is_multiple_of(8) && *trials <= MOST_TRIALS;
+    let wrong = || format!("expected a multiple of 8 from 8 to {MOST_TRIALS}");
     text.parse().ok().filter(fits).ok_or_else(wrong)
 }
 
@@ -224,7 +273,7 @@ mod tests {
     #[test]
     fn fresh_trials_come_in_whole_draws() {
         assert_eq!(whole_draws("400"), Ok(400));
-        for text in ["0", "8", "401", "-16", "x", "1600016"] {
+        for text in ["0", "12", "401", "-16", "x", "1600008"] {
             assert!(whole_draws(text).is_err(), "{text}");
         }
     }

@@ -7,9 +7,11 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 mod compare;
 mod individuals;
+mod reproduce;
 
 pub use compare::{CompareArgs, Measure};
-pub use individuals::{EvaluateArgs, Fresh, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which};
+pub use individuals::{EvaluateArgs, Fresh, GeneraliseArgs, ReportArgs, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which};
+pub use reproduce::ReproduceArgs;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -90,6 +92,8 @@ pub enum Command {
     Show(ShowArgs),
     /// Run individuals in fresh trials, which no evolution has used
     Evaluate(EvaluateArgs),
+    /// Put the best robots of the second training phase to the test at 196 places and postures
+    Generalise(GeneraliseArgs),
     /// Whether an experiment's replications do better than another's
     Compare(CompareArgs),
     /// Run individuals in another physics engine, in the same fresh trials as in their own
@@ -98,6 +102,10 @@ pub enum Command {
     Verify(VerifyArgs),
     /// Write what an experiment came to into a folder, small enough to be kept with the source
     Results(ResultsArgs),
+    /// Write the second training phase's figures, tables and tests into a folder
+    Report(ReportArgs),
+    /// Run the paper's whole study, or go on with it
+    Reproduce(ReproduceArgs),
     /// Print a checksum of each replication's history
     Digest(DigestArgs),
 }
@@ -108,12 +116,13 @@ pub enum Command {
 Examples:
   selftalk run quickstart                       see it learn, in about a minute
   selftalk run elementary --workers 8           the paper's first training phase
+  selftalk run integrated-lst --ancestors elementary     its second one, from the first one's champions
   selftalk run my.toml --set evolution.mutation=0.0004 --set name=mutable --db study.db
 
 An experiment that is finished is not run again; one that was interrupted is continued by `selftalk resume`.
 `selftalk --help` lists the exit codes.")]
 pub struct RunArgs {
-    /// A preset (quickstart, elementary) or an experiment file
+    /// A preset (quickstart, elementary, integrated-c, -le, -st, -lst) or an experiment file
     #[arg(value_name = "PRESET|FILE.toml")]
     pub experiment: String,
     /// Threads that run trials [default: one for every core]
@@ -125,6 +134,10 @@ pub struct RunArgs {
     /// Change a setting of the experiment, as key=value with a dotted key; can be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    /// Whom the second training phase starts from: the champions of an experiment in the database or of a folder of
+    /// results, or `none`
+    #[arg(long, value_name = "EXPERIMENT|FOLDER")]
+    pub ancestors: Option<String>,
 }
 
 /// Arguments of `selftalk serve`.
@@ -144,6 +157,10 @@ pub struct ServeArgs {
     /// Presets or experiment files; without any, everything unfinished in the database is continued
     #[arg(value_name = "PRESET|FILE.toml")]
     pub experiments: Vec<String>,
+    /// Whom the second training phase starts from: the champions of an experiment in the database or of a folder of
+    /// results, or `none`
+    #[arg(long, value_name = "EXPERIMENT|FOLDER")]
+    pub ancestors: Option<String>,
 }
 
 /// Arguments of `selftalk resume`.

@@ -1,0 +1,231 @@
+//! `selftalk reproduce`: the whole study, from nothing or from wherever it stands.
+
+use selftalk_sim::Experiment;
+use selftalk_sim::experiment::Task;
+use selftalk_worker::signal::Signal;
+
+use super::ancestors::adopt;
+use super::args::ReproduceArgs;
+use super::battery::{generalise_replication, post_evaluate_replication};
+use super::choose::{continuable, find_or_create, read, unfinished};
+use super::conduct::{Workers, conduct, watch_signals};
+use super::overall::Overall;
+use super::report::gathered;
+use super::{Global, results, select};
+use crate::exit::{Exit, Failure};
+use crate::store::{SqliteStore, Store, StoredExperiment, Test};
+
+/// The conditions of the second phase.
+const CONDITIONS: [&str; 4] = ["integrated-c", "integrated-le", "integrated-st", "integrated-lst"];
+/// Fresh trials by which the champions of the first phase are reported on.
+const FRESH_TRIALS: u32 = 400;
+/// The study's database, in its folder.
+const DATABASE: &str = "study.db";
+
+/// Control steps that a trial lasts, about: for the estimate of the time left.
+const ELEMENTARY_STEPS: f64 = 30.0;
+const INTEGRATED_STEPS: f64 = 110.0;
+/// Trials by which a replication's robots are tested, about: 40 for every generation, as far as its best individual is a
+/// new one, and 196 places twice.
+const POST_TRIALS: f64 = 40.0 * 0.6;
+const GRID_TRIALS: f64 = 2.0 * 196.0;
+
+/// Carries out the command.
+///
+/// # Errors
+/// [`Failure`] with the exit code and the line to print.
+pub async fn run(args: ReproduceArgs, global: &Global) -> Result<(), Failure> {
+    let signal = watch_signals()?;
+    let folder = args.dir.clone();
+    std::fs::create_dir_all(&folder).map_err(|error| {
+        Failure::new(Exit::Usage, format!("{}: cannot be created: {error}", folder.display()))
+    })?;
+    let global = Global { db: folder.join(DATABASE), ..global.clone() };
+    let study = Study { args, global, signal };
+    study.run().await.map_err(|failure| study.explained(failure))
+}
+
+struct Study {
+    args: ReproduceArgs,
+    global: Global,
+    signal: Signal,
+}
+
+impl Study {
+    async fn run(&self) -> Result<(), Failure> {
+        let first = read(&self.args.first, &self.overrides(&self.args.set_first))?;
+        if first.task != Task::Elementary {
+            let message = format!("--first {}: this is not an experiment of the first phase", self.args.first);
+            return Err(Failure::new(Exit::Usage, message));
+        }
+        let overrides = self.overrides(&self.args.set_second);
+        let mut second =
+            CONDITIONS.iter().map(|name| read(name, &overrides)).collect::<Result<Vec<_>, _>>()?;
+        let mut overall = self.overall(&first, &second).await?;
+
+        self.evolve(std::slice::from_ref(&first), &mut overall).await?;
+        for experiment in &mut second {
+            self.bequeath(&first.name, experiment).await?;
+        }
+        self.evolve(&second, &mut overall).await?;
+        self.test(&second, &mut overall).await?;
+        self.write(&first, &second).await
+    }
+
+    fn overrides(&self, of_phase: &[String]) -> Vec<String> {
+        let seed = self.args.seed.map(|seed| format!("seed={seed}"));
+        self.args.set.iter().chain(of_phase).cloned().chain(seed).collect()
+    }
+
+    /// How far the study is.
+    async fn overall(&self, first: &Experiment, second: &[Experiment]) -> Result<Overall, Failure> {
+        let whole: f64 = work(first) + second.iter().map(|of| work(of) + tests(of)).sum::<f64>();
+        let mut done = 0.0;
+        if self.global.db.exists() {
+            let store = select::open(&self.global).await?;
+            for experiment in second.iter().chain([first]) {
+                let Some(stored) = store.experiment(&experiment.name).await? else { continue };
+                done += work(experiment) - remaining(&stored);
+                for replication in &stored.replications {
+                    if !store.list_retests(replication.id, Test::Generalisation).await?.is_empty() {
+                        done += tests(experiment) / f64::from(experiment.replications);
+                    }
+                }
+            }
+        }
+        Ok(Overall::new(whole, done))
+    }
+
+    /// Gives an experiment of the second phase its ancestors: those it has if it was begun, or the champions of the first
+    /// phase.
+    async fn bequeath(&self, first: &str, experiment: &mut Experiment) -> Result<(), Failure> {
+        let store = select::open(&self.global).await?;
+        match store.experiment(&experiment.name).await? {
+            Some(begun) => experiment.ancestors = begun.experiment.ancestors,
+            None => adopt(experiment, Some(first), &self.global).await?,
+        }
+        Ok(())
+    }
+
+    /// Runs what is left of experiments, all at the same time.
+    async fn evolve(&self, experiments: &[Experiment], overall: &mut Overall) -> Result<(), Failure> {
+        let store = SqliteStore::open_writer(&self.global.db).await?;
+        let mut running = Vec::with_capacity(experiments.len());
+        for experiment in experiments {
+            running.push(find_or_create(&store, experiment).await?);
+        }
+        running.retain(unfinished);
+        overall.begin(running.iter().map(remaining).sum());
+        if running.is_empty() {
+            return Ok(store.close().await?);
+        }
+        running.iter().try_for_each(continuable)?;
+        let names: Vec<&str> = running.iter().map(|stored| stored.experiment.name.as_str()).collect();
+        eprintln!("{}: evolution of {}", overall.words(0.0), names.join(", "));
+        let workers = Workers::Here(self.args.workers.unwrap_or_else(selftalk_worker::available_cores));
+        conduct(store, running, workers, &self.signal, Some(overall.clone()), &self.global).await?;
+        Ok(())
+    }
+
+    /// Post-evaluation and generalisation, as far as they are missing.
+    async fn test(&self, experiments: &[Experiment], overall: &mut Overall) -> Result<(), Failure> {
+        let store = SqliteStore::open_writer(&self.global.db).await?;
+        for experiment in experiments {
+            let Some(stored) = store.experiment(&experiment.name).await? else { continue };
+            for replication in &stored.replications {
+                let tested = !store.list_retests(replication.id, Test::Generalisation).await?.is_empty();
+                if !tested {
+                    overall.begin(tests(experiment) / f64::from(experiment.replications));
+                    eprintln!(
+                        "{}: tests of {} {}",
+                        overall.words(0.0),
+                        stored.experiment.name,
+                        replication.number
+                    );
+                }
+                let go_on = || self.go_on();
+                post_evaluate_replication(&store, &stored, replication, self.args.workers, &go_on).await?;
+                generalise_replication(&store, &stored, replication, self.args.workers, &go_on).await?;
+            }
+        }
+        Ok(store.close().await?)
+    }
+
+    /// Writes the results of both phases.
+    async fn write(&self, first: &Experiment, second: &[Experiment]) -> Result<(), Failure> {
+        let store = select::open(&self.global).await?;
+        let folder = self.args.dir.join(&first.name);
+        if !folder.exists() {
+            for stored in select::experiments(&store, Some(&first.name)).await? {
+                results::write(&store, &stored, &folder, FRESH_TRIALS, self.args.workers).await?;
+            }
+        }
+        let mut experiments = Vec::with_capacity(second.len());
+        for experiment in second {
+            experiments.extend(store.experiment(&experiment.name).await?);
+        }
+        let folder = self.args.dir.join("report");
+        gathered(&store, &experiments).await?.write(&folder)?;
+        eprintln!("the study is complete: {}", folder.join("report.md").display());
+        Ok(())
+    }
+
+    /// Refuses to go on once the process was asked to end.
+    fn go_on(&self) -> Result<(), Failure> {
+        match self.signal.exit_code() {
+            Some(code) if code == Exit::Terminated as u8 => Err(Failure::new(Exit::Terminated, "")),
+            Some(_) => Err(Failure::new(Exit::Interrupted, "")),
+            None => Ok(()),
+        }
+    }
+
+    /// Says how a study that was interrupted is continued.
+    fn explained(&self, failure: Failure) -> Failure {
+        if !matches!(failure.exit, Exit::Interrupted | Exit::Terminated) {
+            return failure;
+        }
+        let message = format!(
+            "interrupted; all that is complete is kept in {}, the same command goes on",
+            self.global.db.display()
+        );
+        Failure::new(failure.exit, message)
+    }
+}
+
+/// Control steps that an experiment's evolution takes, about.
+fn work(experiment: &Experiment) -> f64 {
+    f64::from(experiment.replications) * f64::from(experiment.generations) * generation(experiment)
+}
+
+fn generation(experiment: &Experiment) -> f64 {
+    let trials = match experiment.task {
+        Task::Elementary => 16.0 * ELEMENTARY_STEPS,
+        Task::MoveToTarget => 8.0 * INTEGRATED_STEPS,
+    };
+    f64::from(experiment.evolution.population) * trials
+}
+
+/// Control steps that are left of it.
+fn remaining(stored: &StoredExperiment) -> f64 {
+    let left = stored.replications.iter().filter(|replication| !replication.finished);
+    let generations = left.map(|replication| stored.experiment.generations - replication.generations);
+    generations.map(f64::from).sum::<f64>() * generation(&stored.experiment)
+}
+
+/// Control steps that the tests of its robots take, about.
+fn tests(experiment: &Experiment) -> f64 {
+    let trials = POST_TRIALS * f64::from(experiment.generations) + GRID_TRIALS;
+    f64::from(experiment.replications) * trials * INTEGRATED_STEPS
+}
+
+#[cfg(test)]
+mod command {
+    use super::*;
+
+    #[test]
+    fn the_conditions_are_presets_of_the_second_phase() {
+        for name in CONDITIONS {
+            assert_eq!(read(name, &[]).unwrap().task, Task::MoveToTarget);
+        }
+    }
+}
