@@ -156,9 +156,16 @@ impl Study {
         let store = select::open(&self.global).await?;
         let folder = self.args.dir.join(&first.name);
         if !folder.exists() {
-            for stored in select::experiments(&store, Some(&first.name)).await? {
-                results::write(&store, &stored, &folder, FRESH_TRIALS, self.args.workers).await?;
+            // The folder is there when it is complete.
+            let part = self.args.dir.join(format!("{}.part", first.name));
+            let failed = |error| Failure::new(Exit::Unexpected, format!("{}: {error}", part.display()));
+            if part.exists() {
+                std::fs::remove_dir_all(&part).map_err(failed)?;
             }
+            for stored in select::experiments(&store, Some(&first.name)).await? {
+                results::write(&store, &stored, &part, FRESH_TRIALS, self.args.workers).await?;
+            }
+            std::fs::rename(&part, &folder).map_err(failed)?;
         }
         let mut experiments = Vec::with_capacity(second.len());
         for experiment in second {
