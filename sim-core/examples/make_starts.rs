@@ -4,7 +4,7 @@
 //! from which a scripted grasp lifts the object in all four areas. Each grasp is tried in the physics engine, with the
 //! object moved a little and the fingers closed at once or slowly, and has to lift the object every time, between the
 //! thumb and at least two other fingers or the palm. OPEN starts with the object under the palm, where it is enough to
-//! stretch the fingers.
+//! stretch the fingers; GRASP a little above the grasp; MOVE when the closing fingers feel the object.
 //!
 //! Run from the repository's root, and look at the difference before keeping it:
 //! `cargo run --release -p selftalk-sim --example make_starts > starts.toml && mv starts.toml sim-core/assets/`
@@ -15,7 +15,7 @@ use std::ops::RangeInclusive;
 use nalgebra::Point3;
 use selftalk_sim::behaviours::{InHand, Start, Starts};
 use selftalk_sim::experiment::Experiment;
-use selftalk_sim::physics::{Engine, Instructions, Placement, engine};
+use selftalk_sim::physics::{Engine, Instructions, Observation, Placement, engine};
 use selftalk_sim::robot::{Capsule, HandGoal, JOINTS, Kinematics, RobotModel, joint};
 use selftalk_sim::scene;
 
@@ -53,11 +53,15 @@ const SHIFTS: [[f64; 2]; 8] = [
 /// Control steps in which the fingers' targets go from stretched to closed when a grasp is tried.
 const CLOSING: [u32; 2] = [1, 10];
 
-/// How high the object is lifted for MOVE, in metres.
+/// How high the object is lifted when a grasp is tried, in metres.
 const LIFT: f64 = 0.08;
+/// How much higher than where it grasps the open hand is at the start of GRASP, in metres.
+const HOVER: f64 = 0.015;
+/// Touch sensors that feel the object at the start of MOVE: as many as the caretaker waits for before it says so.
+const FELT: usize = 3;
 /// Where the object's centre is in the hand's frame when the closed hand of OPEN is over it, in metres: under the palm,
-/// which is 4.9 cm from its top, so that the fingers open beside it and do not sweep it away.
-const UNDER_PALM: [f64; 3] = [0.04, -0.096, 0.012];
+/// whose point is 4.8 cm from its top, so that the fingers open beside it and do not sweep it away.
+const UNDER_PALM: [f64; 3] = [0.05, -0.096, 0.012];
 /// Where the hand's grip point is at the start of REACH, in metres: away from all areas.
 const FAR: [[f64; 3]; 4] =
     [[-0.24, -0.26, 0.16], [-0.26, -0.27, 0.13], [-0.28, -0.24, 0.18], [-0.25, -0.25, 0.20]];
@@ -77,14 +81,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     )
     .ok_or("the middle of the areas is out of reach")?;
 
-    let (mut reach, mut open, mut grasp, mut carried) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut reach, mut open, mut grasp) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut transport, mut held) = (Vec::new(), Vec::new());
     for (direction, far) in scene::AREA_DIRECTIONS.iter().zip(FAR) {
         let object = [
             scene::AREAS_CENTRE[0] + direction[0] * scene::AREAS_DISTANCE,
             scene::AREAS_CENTRE[1] + direction[1] * scene::AREAS_DISTANCE,
             scene::OBJECT_STANDING,
         ];
-        let (over, state) = grasp_and_lift(&robot, engine.as_mut(), object, &centre)
+        let Grasp { over, slope, gripped, lifted } = grasp_and_lift(&robot, engine.as_mut(), object, &centre)
             .ok_or_else(|| format!("no grasp at {object:?}"))?;
         let above = most_level(&robot, UNDER_PALM, object, &over).ok_or("OPEN is out of reach")?;
         let away = slopes()
@@ -93,12 +98,21 @@ fn main() -> Result<(), Box<dyn Error>> {
             .ok_or_else(|| format!("REACH from {far:?} is out of reach"))?;
         reach.push(still(with_flexion(&robot, away, AT_REST)));
         open.push(still(with_flexion(&robot, above, CLOSED)));
-        grasp.push(still(over));
-        carried.push(state);
+        let [x, y, z] = object;
+        let above =
+            bring(&robot, [x, y, z + HOVER], slope[0], slope[1], &over).ok_or("GRASP is out of reach")?;
+        grasp.push(still(above));
+        transport.push(gripped);
+        held.push(lifted);
     }
     let four = |starts: Vec<Start>| <[Start; 4]>::try_from(starts).map_err(|_| "four areas");
-    let starts =
-        Starts { reach: four(reach)?, open: four(open)?, grasp: four(grasp)?, transport: four(carried)? };
+    let starts = Starts {
+        reach: four(reach)?,
+        open: four(open)?,
+        grasp: four(grasp)?,
+        transport: four(transport)?,
+        held: four(held)?,
+    };
     println!("# Initial postures, radians and metres. Made by the example make_starts, which says how.");
     println!(
         "# Joints in the order of the URDF: torso (2), shoulder (3), elbow, wrist (3), thumb (3), index, middle,"
@@ -187,13 +201,24 @@ fn still(angles: [f64; JOINTS]) -> Start {
     Start { angles: rounded(angles), in_hand: None }
 }
 
-/// The posture over the object, and the state in which the object was lifted and is held.
+/// A grasp that lifts the object.
+struct Grasp {
+    /// The open hand around the object.
+    over: [f64; JOINTS],
+    /// How the hand slopes, as a difference from the preferred slope.
+    slope: [f64; 2],
+    /// The state in which the closing fingers feel the object.
+    gripped: Start,
+    /// The state in which the object was lifted and is held.
+    lifted: Start,
+}
+
 fn grasp_and_lift(
     robot: &RobotModel,
     engine: &mut dyn Engine,
     object: [f64; 3],
     centre: &[f64; JOINTS],
-) -> Option<([f64; JOINTS], Start)> {
+) -> Option<Grasp> {
     slopes().into_iter().find_map(|[tilt, roll]| {
         let [x, y, z] = object;
         let hand = bring(robot, object, tilt, roll, centre)?;
@@ -223,16 +248,43 @@ fn grasp_and_lift(
                 seen.get_or_insert(now);
             }
         }
-        seen.map(|seen| {
-            let in_hand = InHand {
-                object: rounded(seen.object),
-                orientation: rounded(seen.orientation),
-                targets: rounded(lifted),
-            };
-            let state = Start { angles: rounded(seen.angles), in_hand: Some(in_hand) };
-            (over, state)
-        })
+        let lifted = in_hand(&seen?, lifted);
+        let gripped = gripped(engine, object, &over, &closed)?;
+        Some(Grasp { over, slope: [tilt, roll], gripped, lifted })
     })
+}
+
+/// Closes the hand around the object until enough sensors feel it.
+fn gripped(
+    engine: &mut dyn Engine,
+    object: [f64; 3],
+    over: &[f64; JOINTS],
+    closed: &[f64; JOINTS],
+) -> Option<Start> {
+    let orientation = [1.0, 0.0, 0.0, 0.0];
+    engine.place(0, &Placement { angles: *over, targets: *over, object, orientation });
+    let steps = 40;
+    for step in 1..=steps {
+        let share = f64::from(step) / f64::from(steps);
+        let targets = std::array::from_fn(|i| over[i] + share * (closed[i] - over[i]));
+        engine.command(0, &targets);
+        engine.advance();
+        let seen = engine.observe(0);
+        if seen.touch.iter().filter(|touch| **touch).count() >= FELT {
+            return Some(in_hand(&seen, targets));
+        }
+    }
+    None
+}
+
+/// A start in a state that was seen while the servos were commanded to targets.
+fn in_hand(seen: &Observation, targets: [f64; JOINTS]) -> Start {
+    let in_hand = InHand {
+        object: rounded(seen.object),
+        orientation: rounded(seen.orientation),
+        targets: rounded(targets),
+    };
+    Start { angles: rounded(seen.angles), in_hand: Some(in_hand) }
 }
 
 /// Moves the servos' targets from one posture to another in `steps` control steps.

@@ -110,7 +110,8 @@ mod tests {
         let (experiment, robot) = (Experiment::default(), RobotModel::icub().unwrap());
         let mut caretaker = Caretaker::default();
         let mut after = |observation: Observation| {
-            caretaker.watch(&experiment, &View { robot: &robot, observation: &observation, target: [0.0; 3] });
+            caretaker
+                .watch(&experiment, &View { robot: &robot, observation: &observation, target: [0.0; 3] });
             caretaker.label()
         };
         assert_eq!(after(observation(0.07, 0.0, 6)), Behaviour::Reach, "7 cm are too far");

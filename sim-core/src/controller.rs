@@ -35,7 +35,8 @@ impl Layout {
     /// Number of genes.
     #[must_use]
     pub fn genes(self) -> usize {
-        let added = if self.added == Added::None { 0 } else { ADDED * (INTERNAL + ADDED + 3) + INTERNAL * ADDED };
+        let added =
+            if self.added == Added::None { 0 } else { ADDED * (INTERNAL + ADDED + 3) + INTERNAL * ADDED };
         self.elementary() + added
     }
 
@@ -50,7 +51,11 @@ impl Layout {
     /// where there are no ancestors (paper, section III.B).
     #[must_use]
     pub fn inherited(experiment: &Experiment) -> usize {
-        if experiment.ancestors.genotypes.is_empty() { 0 } else { Self::new(&experiment.controller).elementary() }
+        if experiment.ancestors.genotypes.is_empty() {
+            0
+        } else {
+            Self::new(&experiment.controller).elementary()
+        }
     }
 }
 

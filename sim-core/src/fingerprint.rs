@@ -8,8 +8,8 @@ use sha2::{Digest, Sha256};
 use crate::experiment::{Added, Engine, Experiment, Speaks, Task};
 use crate::genotype::Genotype;
 use crate::simulator::{SimError, Simulator};
-use crate::stream::{Purpose, StreamKey};
 use crate::situation::{self, Draw};
+use crate::stream::{Purpose, StreamKey};
 
 /// Identifies the simulator by what it does: the hash of the outcomes of random controllers in all trials of the
 /// default experiment, in short ones of MOVE-TO-TARGET with all that the second phase adds, and in the first steps of

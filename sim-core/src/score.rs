@@ -91,7 +91,12 @@ mod tests {
     const TARGET: [f64; 3] = [-0.25, 0.1, 0.23];
 
     /// The score of MOVE-TO-TARGET in which object, touching sensors and focus are as given in each step.
-    fn score(experiment: &Experiment, caretaker: bool, steps: &[([f64; 3], bool, f64)], success: bool) -> f64 {
+    fn score(
+        experiment: &Experiment,
+        caretaker: bool,
+        steps: &[([f64; 3], bool, f64)],
+        success: bool,
+    ) -> f64 {
         let robot = RobotModel::icub().unwrap();
         let mut score = Score::default();
         for (object, touching, focus) in steps {
@@ -112,8 +117,7 @@ mod tests {
     }
 
     fn experiment() -> Experiment {
-        let overrides =
-            ["move_to_target.steps=10", "caretaker.anticipation_share=0.5"].map(str::to_owned);
+        let overrides = ["move_to_target.steps=10", "caretaker.anticipation_share=0.5"].map(str::to_owned);
         Experiment::from_toml("x", "", &overrides).unwrap()
     }
 

@@ -214,9 +214,8 @@ mod tests {
     #[test]
     fn the_grid_covers_its_square_with_every_posture() {
         let experiment = integrated();
-        let all: Vec<Situation> = (0..Case::GRID_TRIALS)
-            .map(|number| Situation::new(&experiment, Case::Grid { number }))
-            .collect();
+        let all: Vec<Situation> =
+            (0..Case::GRID_TRIALS).map(|number| Situation::new(&experiment, Case::Grid { number })).collect();
         assert_eq!(all.len(), 196);
         let close = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12;
         assert!(close(all[0].object, [-0.475, -0.275]));

@@ -48,7 +48,7 @@ impl Scene {
     /// Closes the fingers, with the thumb opposed to them as in the shipped grasps.
     fn close_fingers(&mut self) {
         let mut closed = self.commanded;
-        let opposed = Starts::shipped().unwrap().transport[0].placement([0.0; 2]).targets;
+        let opposed = Starts::shipped().unwrap().held[0].placement([0.0; 2]).targets;
         closed[joint::THUMB_OPPOSITION] = opposed[joint::THUMB_OPPOSITION];
         for i in joint::FLEXION {
             closed[i] = self.robot.joints[i].angle(0.9);
@@ -95,6 +95,8 @@ fn a_grasped_object_is_lifted_moved_and_held() {
     for kind in Kind::ALL {
         let starts = Starts::shipped().unwrap();
         let mut scene = Scene::new(kind, &starts.grasp[2], left_area(), 1.0);
+        // GRASP begins a little above.
+        scene.drive(scene.shifted([0.0, 0.0, -0.015]), SECOND);
         scene.close_fingers();
         assert!(scene.see().touch.iter().filter(|touch| **touch).count() >= 3, "{kind:?}: {:?}", scene.see());
         let standing = scene.see().object;
@@ -146,7 +148,7 @@ fn where_open_starts_it_is_enough_to_stretch_the_fingers() {
 fn a_held_object_stays_held() {
     // A minute, or what takes about as long to simulate.
     for (kind, seconds) in [(Kind::Lockstep, 60), (Kind::Rapier, 4)] {
-        for start in &Starts::shipped().unwrap().transport {
+        for start in &Starts::shipped().unwrap().held {
             let mut scene = Scene::new(kind, start, [0.0; 2], 1.0);
             let hold = scene.commanded;
             scene.drive(hold, SECOND);
@@ -163,7 +165,7 @@ fn a_held_object_stays_held() {
 #[test]
 fn without_friction_the_object_stays_behind() {
     for kind in Kind::ALL {
-        for start in &Starts::shipped().unwrap().transport {
+        for start in &Starts::shipped().unwrap().held {
             let mut held = Scene::new(kind, start, [0.0; 2], 1.0);
             let mut dropped = Scene::new(kind, start, [0.0; 2], 0.0);
             for scene in [&mut held, &mut dropped] {
@@ -188,6 +190,10 @@ fn move_to_target_begins_clear_of_the_object_wherever_it_is() {
         let seen = &trace.frames[0].observation;
         let moved: f64 =
             (0..3).map(|axis| (seen.object[axis] - trace.start.object[axis]).abs()).fold(0.0, f64::max);
-        assert!(seen.touch.iter().all(|touch| !touch) && moved < 1e-3, "case {number}: {moved} {:?}", seen.touch);
+        assert!(
+            seen.touch.iter().all(|touch| !touch) && moved < 1e-3,
+            "case {number}: {moved} {:?}",
+            seen.touch
+        );
     }
 }

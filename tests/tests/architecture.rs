@@ -17,8 +17,7 @@ const ARROWS: [(&str, &[&str]); 5] = [
 ];
 
 /// The simulator's modules, the lowest first.
-const SIMULATOR: &str =
-    "scene genotype experiment stream robot controller physics behaviours caretaker body situation score trial simulator \
+const SIMULATOR: &str = "scene genotype experiment stream robot controller physics behaviours caretaker body situation score trial simulator \
      fingerprint";
 
 /// What the simulator does not use.
@@ -189,7 +188,8 @@ fn a_module_of_the_master_knows_those_below_it_only() {
         ("scheduler", "evolution store service driver master retest results exit cli"),
         ("store", "scheduler service driver master retest results exit cli"),
         ("retest", "scheduler service driver master results exit cli"),
-        ("results", "scheduler service driver master exit cli"),
+        ("results", "scheduler service driver master exit cli report"),
+        ("report", "evolution scheduler store service driver master retest results exit cli"),
         ("service", "evolution driver master retest results exit cli"),
         ("driver", "master retest results exit cli"),
         ("master", "retest results exit cli"),

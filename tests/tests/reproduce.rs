@@ -86,7 +86,10 @@ fn an_interrupted_study_says_how_to_go_on() {
     assert!(run.reports("evolution of"));
     run.signal(rustix::process::Signal::TERM);
     let message = run.end().failed(143);
-    assert!(message.starts_with("interrupted; ") && message.contains("the same command goes on"), "{message}");
+    assert!(
+        message.starts_with("interrupted; ") && message.contains("the same command goes on"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -45,8 +45,9 @@ pub(super) async fn adopt(
         of_experiment(named, global).await?
     };
     if let Some(difference) = difference(&of, experiment) {
-        let message =
-            format!("{name}: {difference} in the ancestors of `{named}`, whose genes would mean something else");
+        let message = format!(
+            "{name}: {difference} in the ancestors of `{named}`, whose genes would mean something else"
+        );
         return Err(Failure::new(Exit::Experiment, message));
     }
     experiment.ancestors.genotypes = genotypes;
@@ -74,7 +75,8 @@ async fn of_experiment(name: &str, global: &Global) -> Result<(Experiment, Vec<G
         return Err(Failure::new(Exit::Usage, format!("there is no experiment `{name}`")));
     };
     if stored.state() != ReplicationState::Finished {
-        let message = format!("experiment `{name}` is not finished; `selftalk resume {name}` goes on with it");
+        let message =
+            format!("experiment `{name}` is not finished; `selftalk resume {name}` goes on with it");
         return Err(Failure::new(Exit::Usage, message));
     }
     if let Some(words) = foreign(name, &stored.fingerprint)? {

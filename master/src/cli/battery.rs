@@ -13,9 +13,7 @@ use super::work::{bar, crew};
 use super::{Global, select};
 use crate::exit::{Exit, Failure};
 use crate::retest::{Crew, battery};
-use crate::store::{
-    GenerationRecord, Retest, SqliteStore, StoredExperiment, StoredReplication, Test,
-};
+use crate::store::{GenerationRecord, Retest, SqliteStore, StoredExperiment, StoredReplication, Test};
 
 /// Generations whose outcomes are kept at once: what is lost when the program is killed.
 const AT_ONCE: usize = 20;

@@ -55,7 +55,8 @@ impl Study {
     async fn run(&self) -> Result<(), Failure> {
         let first = read(&self.args.first, &self.overrides(&self.args.set_first))?;
         if first.task != Task::Elementary {
-            let message = format!("--first {}: this is not an experiment of the first phase", self.args.first);
+            let message =
+                format!("--first {}: this is not an experiment of the first phase", self.args.first);
             return Err(Failure::new(Exit::Usage, message));
         }
         let overrides = self.overrides(&self.args.set_second);

@@ -56,7 +56,8 @@ pub(super) async fn write(
     }
     // Before the work, not after it.
     Results::room(folder)?;
-    let trials = stored.replications.len() as u64 * u64::from(16 * CANDIDATES * VALIDATION_DRAWS + fresh_trials);
+    let trials =
+        stored.replications.len() as u64 * u64::from(16 * CANDIDATES * VALIDATION_DRAWS + fresh_trials);
     let bar = bar(trials);
     let done = || bar.inc(1);
     let results = gathered(store, stored, fresh_trials, crew(workers, &done)).await?;

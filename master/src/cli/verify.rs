@@ -305,7 +305,8 @@ impl Batch {
         let outcomes = run_trials(simulator, &self.tasks, crew)?;
         verified.trials += outcomes.len() as u64;
         self.tasks.clear();
-        for (Stored { generation, individual, trial, outcome }, again) in self.stored.drain(..).zip(outcomes) {
+        for (Stored { generation, individual, trial, outcome }, again) in self.stored.drain(..).zip(outcomes)
+        {
             if let Some(what) = difference(&outcome, &again) {
                 let (individual, trial) = (Some(individual), Some(trial));
                 verified.mismatches.push(Mismatch { generation, individual, trial, what });

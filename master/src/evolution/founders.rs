@@ -25,11 +25,7 @@ pub fn founders(experiment: &Experiment, genes: usize, replication: u32) -> Popu
         whole.extend(bytes.as_chunks().0.iter().copied().map(u16::from_le_bytes));
         Member { genotype: Arc::new(Genotype::new(whole)), origin: Origin::Founder }
     };
-    Population {
-        replication,
-        generation: 0,
-        members: (0..population).map(member).collect(),
-    }
+    Population { replication, generation: 0, members: (0..population).map(member).collect() }
 }
 
 #[cfg(test)]
@@ -63,9 +59,8 @@ mod tests {
         assert!(first.members.iter().zip(&second.members).all(|(one, other)| one.genotype != other.genotype));
         experiment.ancestors.genotypes.truncate(3);
         let uneven = founders(&experiment, 10, 0);
-        let heirs = |ancestor| {
-            uneven.members.iter().filter(|member| member.genotype.genes()[0] == ancestor).count()
-        };
+        let heirs =
+            |ancestor| uneven.members.iter().filter(|member| member.genotype.genes()[0] == ancestor).count();
         assert_eq!([heirs(0), heirs(1), heirs(2)], [34, 33, 33]);
     }
 

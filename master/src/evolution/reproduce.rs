@@ -40,12 +40,7 @@ pub fn reproduce(experiment: &Experiment, population: &Population, ranking: &[u3
 }
 
 /// A varied copy and the bits that flipped. One number is drawn for every bit from that of gene `first` on.
-fn vary(
-    genotype: &Arc<Genotype>,
-    first: usize,
-    mutation: f64,
-    key: StreamKey,
-) -> (Arc<Genotype>, Vec<u32>) {
+fn vary(genotype: &Arc<Genotype>, first: usize, mutation: f64, key: StreamKey) -> (Arc<Genotype>, Vec<u32>) {
     let mut stream = key.stream();
     let mut genes = genotype.genes().to_vec();
     let mut flipped = Vec::new();

@@ -113,12 +113,14 @@ mod tests {
     fn a_report_has_its_figures_each_with_its_numbers() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().join("report");
-        let study =
-            Study { conditions: vec![condition("C", &[10, 12]), condition("LST", &[38, 40])] };
+        let study = Study { conditions: vec![condition("C", &[10, 12]), condition("LST", &[38, 40])] };
         write(&study, &folder).unwrap();
         for name in ["figure-4", "figure-6", "curves"] {
             for end in ["svg", "png", "csv"] {
-                assert!(fs::metadata(folder.join(format!("{name}.{end}"))).unwrap().len() > 50, "{name}.{end}");
+                assert!(
+                    fs::metadata(folder.join(format!("{name}.{end}"))).unwrap().len() > 50,
+                    "{name}.{end}"
+                );
             }
         }
         let summary = fs::read_to_string(folder.join("summary.csv")).unwrap();

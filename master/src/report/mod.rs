@@ -91,7 +91,8 @@ impl Study {
     /// the first go by their names.
     #[must_use]
     pub fn new(mut conditions: Vec<Condition>) -> Self {
-        let order = |label: &str| ["C", "LE", "ST", "LST"].iter().position(|known| *known == label).unwrap_or(4);
+        let order =
+            |label: &str| ["C", "LE", "ST", "LST"].iter().position(|known| *known == label).unwrap_or(4);
         conditions.sort_by_key(|condition| order(&condition.label));
         for at in 1..conditions.len() {
             if conditions[..at].iter().any(|before| before.label == conditions[at].label) {
@@ -124,8 +125,7 @@ mod tests {
     #[test]
     fn the_presets_of_the_second_phase_are_the_paper_s_conditions() {
         let integrated = PRESETS.iter().filter(|preset| preset.name.starts_with("integrated"));
-        let labels: Vec<String> =
-            integrated.map(|preset| label(&preset.experiment(&[]).unwrap())).collect();
+        let labels: Vec<String> = integrated.map(|preset| label(&preset.experiment(&[]).unwrap())).collect();
         assert_eq!(labels, ["C", "LE", "ST", "LST"]);
         let mut other = Experiment { name: "mine".to_owned(), ..Experiment::default() };
         other.controller.added = Added::Speech;

@@ -30,7 +30,9 @@ pub(super) fn page(study: &Study) -> String {
         "The best robot of each replication: of the best individuals of all generations the one with most successes in 40 \
          trials without a caretaker.\n\n![Figure 4](figure-4.svg)\n\n",
     );
-    text.push_str("| condition | replications | perfect robots | in the paper | best robot | in the paper | median |\n");
+    text.push_str(
+        "| condition | replications | perfect robots | in the paper | best robot | in the paper | median |\n",
+    );
     text.push_str("|---|---|---|---|---|---|---|\n");
     for condition in &study.conditions {
         post_line(&mut text, condition);
@@ -65,7 +67,8 @@ pub(super) fn page(study: &Study) -> String {
 fn post_line(text: &mut String, condition: &Condition) {
     let values = Quantity::Post.of(condition);
     let perfect = values.iter().filter(|percent| **percent >= 100.0).count();
-    let best = condition.robots.iter().map(|robot| robot.post.iter().filter(|trial| trial.success).count()).max();
+    let best =
+        condition.robots.iter().map(|robot| robot.post.iter().filter(|trial| trial.success).count()).max();
     let trials = condition.robots.first().map_or(0, |robot| robot.post.len());
     let reported = REPORTED.iter().find(|reported| reported.condition == condition.label);
     let _ = writeln!(
@@ -82,7 +85,8 @@ fn post_line(text: &mut String, condition: &Condition) {
 
 fn pair_line(text: &mut String, pair: &PairRow) {
     let PairRow { test, a, b, u, p, p_holm, a12 } = pair;
-    let significant = test == Quantity::Generalisation.name() && SIGNIFICANT.contains(&(a.as_str(), b.as_str()));
+    let significant =
+        test == Quantity::Generalisation.name() && SIGNIFICANT.contains(&(a.as_str(), b.as_str()));
     let reported = if significant { "significant" } else { "" };
     let _ = writeln!(text, "| {test} | {a}, {b} | {u} | {p:.4} | {p_holm:.4} | {a12:.2} | {reported} |");
 }
@@ -94,7 +98,8 @@ fn aid_section(text: &mut String, aid: &[AidRow]) {
          | condition | replication | own | caretaker's | p | steps, own | steps, caretaker's | p |\n\
          |---|---|---|---|---|---|---|---|\n",
     );
-    let number = |value: Option<f64>, digits: usize| value.map_or(String::new(), |value| format!("{value:.digits$}"));
+    let number =
+        |value: Option<f64>, digits: usize| value.map_or(String::new(), |value| format!("{value:.digits$}"));
     for row in aid {
         let _ = writeln!(
             text,

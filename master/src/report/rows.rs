@@ -198,7 +198,11 @@ pub(super) fn aid(study: &Study) -> Vec<AidRow> {
                 outcomes.iter().map(|outcome| f64::from(u8::from(outcome.success))).collect()
             };
             let steps = |outcomes: &[TrialOutcome]| -> Vec<f64> {
-                outcomes.iter().filter(|outcome| outcome.success).map(|outcome| outcome.steps.into()).collect()
+                outcomes
+                    .iter()
+                    .filter(|outcome| outcome.success)
+                    .map(|outcome| outcome.steps.into())
+                    .collect()
             };
             let (own_steps, aided_steps) = (steps(own), steps(aided));
             rows.push(AidRow {
@@ -225,7 +229,9 @@ pub(super) mod tests {
 
     /// Outcomes of so many trials of which the first succeed, each a step later than the one before.
     pub(crate) fn outcomes(successes: u32, of: u32) -> Vec<TrialOutcome> {
-        (0..of).map(|trial| TrialOutcome { score: 0.5, success: trial < successes, steps: 50 + trial }).collect()
+        (0..of)
+            .map(|trial| TrialOutcome { score: 0.5, success: trial < successes, steps: 50 + trial })
+            .collect()
     }
 
     /// A condition with robots of so many successes in post-evaluation.
@@ -261,9 +267,8 @@ pub(super) mod tests {
 
     #[test]
     fn a_pair_is_compared_by_both_tests_the_better_expected_first() {
-        let study = Study {
-            conditions: vec![condition("C", &[10, 12, 14]), condition("LST", &[38, 39, 40])],
-        };
+        let study =
+            Study { conditions: vec![condition("C", &[10, 12, 14]), condition("LST", &[38, 39, 40])] };
         let rows = pairs(&study);
         assert_eq!(rows.iter().map(|row| row.test.as_str()).collect::<Vec<_>>(), ["post", "generalisation"]);
         for row in rows {

@@ -19,7 +19,9 @@ pub fn cases(simulator: &Simulator, test: Test) -> Vec<Case> {
     match test {
         Test::Post => {
             let draws = (0..POST_DRAWS).map(Draw::test);
-            draws.flat_map(|draw| (0..simulator.trial_count()).map(move |trial| Case::Drawn { draw, trial })).collect()
+            draws
+                .flat_map(|draw| (0..simulator.trial_count()).map(move |trial| Case::Drawn { draw, trial }))
+                .collect()
         }
         Test::Generalisation | Test::Aided => {
             (0..Case::GRID_TRIALS).map(|number| Case::Grid { number }).collect()

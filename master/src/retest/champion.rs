@@ -58,8 +58,9 @@ pub fn champion(
     let genotypes: Vec<_> = distinct.iter().map(|candidate| Arc::clone(&candidate.genotype)).collect();
     let draws: Vec<Draw> = (0..VALIDATION_DRAWS).map(Draw::validation).collect();
     let validations = tallies(simulator, &genotypes, &draws, crew)?;
-    let score =
-        |tally: &Tally| simulator.behaviours().iter().map(|behaviour| tally.score_of(*behaviour)).sum::<f64>();
+    let score = |tally: &Tally| {
+        simulator.behaviours().iter().map(|behaviour| tally.score_of(*behaviour)).sum::<f64>()
+    };
     let best = distinct.into_iter().zip(validations).max_by(|(_, a), (_, b)| {
         a.successes().cmp(&b.successes()).then_with(|| score(a).total_cmp(&score(b)))
     });
@@ -69,8 +70,8 @@ pub fn champion(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selftalk_sim::Behaviour;
     use crate::retest::tests::brief;
+    use selftalk_sim::Behaviour;
 
     #[test]
     fn the_best_in_the_validation_draws_is_chosen_and_of_equals_the_latest() {

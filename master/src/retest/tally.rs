@@ -108,7 +108,10 @@ mod tests {
             .collect();
         let tally = Tally::of(&simulator, &outcomes);
         assert_eq!((tally.trials(), tally.successes()), (32, 11));
-        assert_eq!(Behaviour::ELEMENTARY.map(|behaviour| tally.share_of(behaviour)), [0.25, 0.25, 0.25, 5.0 / 8.0]);
+        assert_eq!(
+            Behaviour::ELEMENTARY.map(|behaviour| tally.share_of(behaviour)),
+            [0.25, 0.25, 0.25, 5.0 / 8.0]
+        );
         assert_eq!(tally.score_of(Behaviour::Reach), 9.5);
         assert_eq!(Tally::default().share(), 0.0);
     }

@@ -65,7 +65,9 @@ impl SqliteStore {
         let mut state = self.begin().await?;
         let rows: Vec<(&Retest, u32, &TrialOutcome)> = retests
             .iter()
-            .flat_map(|retest| (0..).zip(&retest.outcomes).map(move |(trial, outcome)| (retest, trial, outcome)))
+            .flat_map(|retest| {
+                (0..).zip(&retest.outcomes).map(move |(trial, outcome)| (retest, trial, outcome))
+            })
             .collect();
         for rows in rows.chunks(ROWS) {
             let mut insert = QueryBuilder::<Sqlite>::new(
@@ -103,10 +105,8 @@ impl SqliteStore {
         let individuals = rows.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
         let retest = |rows: &[(u32, u32, Option<f64>, bool, u32)]| {
             let &(generation, individual, ..) = rows.first()?;
-            let outcome = |&(_, _, score, success, steps): &(u32, u32, Option<f64>, bool, u32)| TrialOutcome {
-                score: score.unwrap_or(f64::NAN),
-                success,
-                steps,
+            let outcome = |&(_, _, score, success, steps): &(u32, u32, Option<f64>, bool, u32)| {
+                TrialOutcome { score: score.unwrap_or(f64::NAN), success, steps }
             };
             Some(Retest { generation, individual, outcomes: rows.iter().map(outcome).collect() })
         };

@@ -67,9 +67,11 @@ pub struct Starts {
     pub open: [Start; 4],
     /// The open hand is over the object.
     pub grasp: [Start; 4],
-    /// The object is in the hand, above the table.
+    /// The fingers have closed around the object on the table until they feel it.
     #[serde(rename = "move")]
     pub transport: [Start; 4],
+    /// The object is held above the table. No trial begins there: what contacts do is tested with them.
+    pub held: [Start; 4],
 }
 
 impl Starts {

@@ -109,8 +109,7 @@ const STEPS: RangeInclusive<u32> = 1..=100_000;
 const DISTANCE: RangeInclusive<f64> = 1e-3..=10.0;
 
 fn shortest_trial(e: &Experiment) -> u32 {
-    let lengths =
-        [e.reach.steps, e.open.steps, e.grasp.steps, e.transport.steps, e.move_to_target.steps];
+    let lengths = [e.reach.steps, e.open.steps, e.grasp.steps, e.transport.steps, e.move_to_target.steps];
     lengths.into_iter().fold(u32::MAX, u32::min).max(1)
 }
 

@@ -153,7 +153,7 @@ impl Default for Scene {
             target_side: 0.10,
             target_height: 0.25,
             object_jitter: 0.02,
-            grasp_jitter_share: 0.25,
+            grasp_jitter_share: 0.5,
             target_jitter: 0.02,
         }
     }
@@ -251,7 +251,7 @@ impl Default for Open {
             steps: 40,
             goal_distance: 0.06,
             goal_extension: 0.7,
-            goal_alignment: 0.85,
+            goal_alignment: 0.8,
             full_extension: 0.8,
             full_alignment: 0.95,
             near: Near::default(),

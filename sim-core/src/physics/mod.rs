@@ -39,7 +39,7 @@ pub struct Placement {
 pub struct Observation {
     /// Joint angles.
     pub angles: [f64; JOINTS],
-    /// Centre of the palm's surface.
+    /// The palm's point ([`crate::robot::Palm::point`]).
     pub palm: [f64; 3],
     /// Outward normal of the palm's surface.
     pub palm_normal: [f64; 3],

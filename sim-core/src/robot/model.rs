@@ -130,10 +130,12 @@ pub struct Palm {
 }
 
 impl Palm {
-    /// The centre of the palm's surface in the hand's frame: where closeness is measured from.
+    /// Where the palm is, in the hand's frame: what closeness is measured from. It is the origin of the iCub's standard
+    /// hand frame, the end of its arm's kinematic chain, 62.5 mm from the wrist towards the fingers and 16 mm from its
+    /// axis to the palm's side.
     #[must_use]
     pub fn point(&self) -> Point3<f64> {
-        self.pose * Point3::new(0.0, -self.half.y, 0.0)
+        Point3::new(0.0625, -0.016, 0.0)
     }
 
     /// The outward normal of the palm's surface in the hand's frame.

@@ -10,7 +10,9 @@ mod individuals;
 mod reproduce;
 
 pub use compare::{CompareArgs, Measure};
-pub use individuals::{EvaluateArgs, Fresh, GeneraliseArgs, ReportArgs, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which};
+pub use individuals::{
+    EvaluateArgs, Fresh, GeneraliseArgs, ReportArgs, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which,
+};
 pub use reproduce::ReproduceArgs;
 
 const EXIT_CODES: &str = "\

@@ -5,7 +5,7 @@ use crate::behaviours::Starts;
 
 #[test]
 fn what_left_the_finite_numbers_is_seen_and_is_gone_with_the_next_trial() {
-    let start = Starts::shipped().unwrap().transport[0].placement([0.0; 2]);
+    let start = Starts::shipped().unwrap().held[0].placement([0.0; 2]);
     let mut engine = Rapier::new(&RobotModel::icub().unwrap(), &Physics::default()).unwrap();
     let course = |engine: &mut Rapier, placement: &Placement, targets: &[f64; JOINTS]| {
         engine.place(0, placement);

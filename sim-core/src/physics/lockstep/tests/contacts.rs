@@ -37,7 +37,7 @@ fn flight<S: Simd>(simd: S, velocity: [f64; 3], spin: [f64; 3]) -> [Vec<f64>; 3]
 fn cone<S: Simd>(simd: S, start: usize, shares: &[f64; JOINTS]) -> (f64, f64) {
     let robot = RobotModel::icub().unwrap();
     let mut engine = lockstep(simd);
-    engine.place(LANE, &Starts::shipped().unwrap().transport[start].placement([0.0; 2]));
+    engine.place(LANE, &Starts::shipped().unwrap().held[start].placement([0.0; 2]));
     engine.command(LANE, &std::array::from_fn(|i| robot.joints[i].angle(shares[i])));
     let (mut excess, mut smallest) = (f64::MIN, f64::MAX);
     for _ in 0..200 {

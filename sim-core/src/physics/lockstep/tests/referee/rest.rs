@@ -132,7 +132,7 @@ fn compare(what: &str, scenes: &[Scene], physics: &Physics, seen: Seen, millimet
 fn held() -> Vec<Scene> {
     let palm_up = [0.2, 0.05, -1.26, 1.47, -0.5, 1.81, 0.45, -1.28, 0.36];
     let robot = RobotModel::icub().unwrap();
-    let starts = Starts::shipped().unwrap().transport;
+    let starts = Starts::shipped().unwrap().held;
     let shipped = starts.map(|start| start.placement([0.0; 2]));
     let turned = shipped.clone().map(|mut placement| {
         let hand = |angles: &[f64; JOINTS]| Kinematics::new(&robot, angles).links[joint::HAND];
