@@ -4,7 +4,7 @@
 //! from which a scripted grasp lifts the object in all four areas. Each grasp is tried in the physics engine, with the
 //! object moved a little and the fingers closed at once or slowly, and has to lift the object every time, between the
 //! thumb and at least two other fingers or the palm. OPEN starts with the object under the palm, where it is enough to
-//! stretch the fingers; GRASP a little above the grasp; MOVE when the closing fingers feel the object.
+//! stretch the fingers; GRASP where OPEN has come to its goal; MOVE when the closing fingers feel the object.
 //!
 //! Run from the repository's root, and look at the difference before keeping it:
 //! `cargo run --release -p selftalk-sim --example make_starts > starts.toml && mv starts.toml sim-core/assets/`
@@ -55,8 +55,6 @@ const CLOSING: [u32; 2] = [1, 10];
 
 /// How high the object is lifted when a grasp is tried, in metres.
 const LIFT: f64 = 0.08;
-/// How much higher than where it grasps the open hand is at the start of GRASP, in metres.
-const HOVER: f64 = 0.015;
 /// Touch sensors that feel the object at the start of MOVE: as many as the caretaker waits for before it says so.
 const FELT: usize = 3;
 /// Where the object's centre is in the hand's frame when the closed hand of OPEN is over it, in metres: under the palm,
@@ -89,7 +87,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             scene::AREAS_CENTRE[1] + direction[1] * scene::AREAS_DISTANCE,
             scene::OBJECT_STANDING,
         ];
-        let Grasp { over, slope, gripped, lifted } = grasp_and_lift(&robot, engine.as_mut(), object, &centre)
+        let Grasp { over, gripped, lifted } = grasp_and_lift(&robot, engine.as_mut(), object, &centre)
             .ok_or_else(|| format!("no grasp at {object:?}"))?;
         let above = most_level(&robot, UNDER_PALM, object, &over).ok_or("OPEN is out of reach")?;
         let away = slopes()
@@ -98,10 +96,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .ok_or_else(|| format!("REACH from {far:?} is out of reach"))?;
         reach.push(still(with_flexion(&robot, away, AT_REST)));
         open.push(still(with_flexion(&robot, above, CLOSED)));
-        let [x, y, z] = object;
-        let above =
-            bring(&robot, [x, y, z + HOVER], slope[0], slope[1], &over).ok_or("GRASP is out of reach")?;
-        grasp.push(still(above));
+        grasp.push(still(stretched(&robot, above)));
         transport.push(gripped);
         held.push(lifted);
     }
@@ -205,8 +200,6 @@ fn still(angles: [f64; JOINTS]) -> Start {
 struct Grasp {
     /// The open hand around the object.
     over: [f64; JOINTS],
-    /// How the hand slopes, as a difference from the preferred slope.
-    slope: [f64; 2],
     /// The state in which the closing fingers feel the object.
     gripped: Start,
     /// The state in which the object was lifted and is held.
@@ -250,7 +243,7 @@ fn grasp_and_lift(
         }
         let lifted = in_hand(&seen?, lifted);
         let gripped = gripped(engine, object, &over, &closed)?;
-        Some(Grasp { over, slope: [tilt, roll], gripped, lifted })
+        Some(Grasp { over, gripped, lifted })
     })
 }
 

@@ -65,8 +65,11 @@ fn failed(frames: Vec<Frame>) -> Trace {
     Trace { start: seen(), target: [-0.25, 0.1, 0.25], frames, outcome }
 }
 
+/// Why a trial failed in which the goal has to hold for three steps.
 fn reason(behaviour: Behaviour, frames: Vec<Frame>) -> String {
-    Course::new(&Experiment::default(), behaviour, &failed(frames)).reason()
+    let mut experiment = Experiment::default();
+    experiment.trials.hold = 3;
+    Course::new(&experiment, behaviour, &failed(frames)).reason()
 }
 
 #[test]

@@ -153,7 +153,7 @@ impl Default for Scene {
             target_side: 0.10,
             target_height: 0.25,
             object_jitter: 0.02,
-            grasp_jitter_share: 0.5,
+            grasp_jitter_share: 1.0,
             target_jitter: 0.02,
         }
     }
