@@ -5,6 +5,7 @@ pub mod driver;
 pub mod evolution;
 pub mod exit;
 pub mod master;
+pub mod replay;
 pub mod report;
 pub mod results;
 pub mod retest;

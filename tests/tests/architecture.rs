@@ -188,6 +188,7 @@ fn a_module_of_the_master_knows_those_below_it_only() {
         ("scheduler", "evolution store service driver master retest results exit cli"),
         ("store", "scheduler service driver master retest results exit cli"),
         ("retest", "scheduler service driver master results exit cli"),
+        ("replay", "evolution scheduler store service driver master retest results report exit cli"),
         ("results", "scheduler service driver master exit cli report"),
         ("report", "evolution scheduler store service driver master retest results exit cli"),
         ("service", "evolution driver master retest results exit cli"),

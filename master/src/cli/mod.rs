@@ -15,6 +15,7 @@ pub mod output;
 mod overall;
 mod progress;
 pub mod reference;
+pub mod replay;
 pub mod report;
 pub mod reproduce;
 pub mod results;
@@ -46,6 +47,7 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Resume(args) => resume::run(args, &global).await,
         Command::History(args) => history::run(args, &global).await,
         Command::Show(args) => show::run(args, &global).await,
+        Command::Replay(args) => replay::run(args, &global).await,
         Command::Evaluate(args) => evaluate::run(args, &global).await,
         Command::Generalise(args) => battery::generalise(args, &global).await,
         Command::Compare(args) => compare::run(args, &global).await,

@@ -133,7 +133,7 @@ pub(super) fn trials(individuals: &[Individual]) -> Result<Table, Failure> {
     Ok(table)
 }
 
-fn differs(individual: &Individual, trial: u32, words: &str) -> Result<Failure, Failure> {
+pub(super) fn differs(individual: &Individual, trial: u32, words: &str) -> Result<Failure, Failure> {
     let Individual { name, fingerprint, .. } = individual;
     let why = foreign(&name.experiment, fingerprint)?.map(|words| format!("; {words}")).unwrap_or_default();
     Ok(Failure::new(Exit::Mismatch, format!("{name}: trial {trial}: {words}{why}")))

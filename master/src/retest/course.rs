@@ -3,13 +3,11 @@
 use std::fmt::Write;
 
 use selftalk_sim::behaviours::{Bound, Condition, Quantity};
-use selftalk_sim::physics::Observation;
+use selftalk_sim::physics::{Observation, TOUCH_SENSOR_NAMES};
 use selftalk_sim::{Behaviour, Experiment, Frame, Trace, scene};
 
 use super::words::{apart, in_words, number};
 
-/// The touch sensors by name, in their order.
-const SENSORS: [&str; 6] = ["palm", "thumb", "index", "middle", "ring", "little"];
 /// An object that moved less than this is not said to have moved, m.
 const MOVED: f64 = 0.01;
 /// Cosine of the angle up to which an object counts as upright: 30 degrees.
@@ -178,7 +176,8 @@ impl<'a> Course<'a> {
             return None;
         }
         let touched = |sensor: usize| self.trace.frames.iter().any(|frame| frame.observation.touch[sensor]);
-        let names: Vec<&str> = (0..SENSORS.len()).filter(|at| touched(*at)).map(|at| SENSORS[at]).collect();
+        let sensors = (0..).zip(TOUCH_SENSOR_NAMES).filter(|(at, _)| touched(*at));
+        let names: Vec<&str> = sensors.map(|(_, name)| name).collect();
         Some(if names.is_empty() {
             "nothing touched the object".to_owned()
         } else {

@@ -20,6 +20,8 @@ const CORRECTION_SPEED: f64 = 0.3;
 
 /// Touch sensors: the palm, then the tips of thumb, index, middle, ring and little finger (paper, section II.B).
 pub const TOUCH_SENSORS: usize = 6;
+/// The touch sensors by name, in their order.
+pub const TOUCH_SENSOR_NAMES: [&str; TOUCH_SENSORS] = ["palm", "thumb", "index", "middle", "ring", "little"];
 
 /// Where robot and object are at a moment, at rest. Root frame, metres and radians.
 #[derive(Debug, Clone, PartialEq)]

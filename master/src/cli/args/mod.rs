@@ -7,12 +7,14 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 mod compare;
 mod individuals;
+mod replay;
 mod reproduce;
 
 pub use compare::{CompareArgs, Measure};
 pub use individuals::{
     EvaluateArgs, Fresh, GeneraliseArgs, ReportArgs, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which,
 };
+pub use replay::ReplayArgs;
 pub use reproduce::ReproduceArgs;
 
 const EXIT_CODES: &str = "\
@@ -92,6 +94,8 @@ pub enum Command {
     History(HistoryArgs),
     /// Show individuals, their trials, and what went wrong in those that failed
     Show(ShowArgs),
+    /// Play trials of an individual in a browser, or take all their signals away
+    Replay(ReplayArgs),
     /// Run individuals in fresh trials, which no evolution has used
     Evaluate(EvaluateArgs),
     /// Put the best robots of the second training phase to the test at 196 places and postures
