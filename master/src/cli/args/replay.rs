@@ -11,7 +11,7 @@ use super::ReplicationFilter;
 #[command(after_help = "\
 The trials are run again and must come to what is stored, to the last bit of the score (exit code 7 if not). The page needs
 no server and no network: robot, object and target in 3D, and on the same time axis focus, labels, touch, joint angles,
-reward, and when the goal was reached.
+reward, and when the goal was reached. replay.html#trial=9&step=20 is a link to a moment.
 
 Examples:
   selftalk replay                               all trials of the best individual of the first replication
