@@ -50,8 +50,8 @@ impl Score {
         Judged { reward, goal: judgement.goal, focused }
     }
 
-    /// The trial's score, in [0, 1], after so many control steps. After a success the rest of the trial counts as fully
-    /// rewarded.
+    /// The trial's score, in [0, 1], after so many control steps. What is left of a trial that has ended at its goal
+    /// counts as fully rewarded.
     pub(crate) fn total(
         &self,
         experiment: &Experiment,

@@ -17,7 +17,7 @@ pub const SETTLING: u32 = 2;
 /// What a trial came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrialOutcome {
-    /// Score in [0, 1]; 0 where the simulation left the finite numbers.
+    /// Score in [0, 1]; NaN where the simulation left the finite numbers, which counts as 0.
     pub score: f64,
     /// Whether the goal was reached and held.
     pub success: bool,
@@ -75,6 +75,7 @@ pub(crate) struct Trial<'a> {
     settled: u32,
     steps: u32,
     held: u32,
+    success: bool,
     score: Score,
     last: Judged,
 }
@@ -105,6 +106,7 @@ impl<'a> Trial<'a> {
             settled: 0,
             steps: 0,
             held: 0,
+            success: false,
             score: Score::default(),
             last: Judged::default(),
         }
@@ -148,7 +150,7 @@ impl<'a> Trial<'a> {
         };
         self.steps += 1;
         if !self.observation.is_finite() {
-            return Some(TrialOutcome { score: 0.0, success: false, steps: self.steps });
+            return Some(TrialOutcome { score: f64::NAN, success: false, steps: self.steps });
         }
         let Setup { experiment, robot, .. } = self.setup;
         let view = View { robot, observation: &self.observation, target: self.target };
@@ -158,9 +160,11 @@ impl<'a> Trial<'a> {
             caretaker.watch(experiment, &view);
         }
 
-        let success = self.held >= experiment.trials.hold;
-        (success || self.steps >= self.behaviour.steps(experiment)).then(|| {
-            let speaks = self.caretaker.is_some();
+        self.success |= self.held >= experiment.trials.hold;
+        let ends_at_goal = experiment.trials.end_at_goal || self.behaviour == Behaviour::MoveToTarget;
+        let over = (self.success && ends_at_goal) || self.steps >= self.behaviour.steps(experiment);
+        over.then(|| {
+            let (success, speaks) = (self.success, self.caretaker.is_some());
             let score = self.score.total(experiment, self.behaviour, speaks, self.steps, success);
             TrialOutcome { score, success, steps: self.steps }
         })

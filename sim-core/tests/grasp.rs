@@ -180,7 +180,7 @@ fn without_friction_the_object_stays_behind() {
 
 #[test]
 fn move_to_target_begins_clear_of_the_object_wherever_it_is() {
-    let overrides = ["task=move-to-target", "move_to_target.steps=1"].map(str::to_owned);
+    let overrides = ["task=move-to-target", "move_to_target.steps=3"].map(str::to_owned);
     let experiment = Experiment::from_toml("test", "", &overrides).unwrap();
     let simulator = Simulator::new(&experiment).unwrap();
     let genotype = Genotype::new(vec![0x8000; simulator.gene_count()]);

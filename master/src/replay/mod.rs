@@ -257,7 +257,7 @@ mod tests {
 
     #[test]
     fn the_hand_is_drawn_where_it_is() {
-        let recording = recording(&["reach.steps=2"], 0);
+        let recording = recording(&["reach.steps=3"], 0);
         let moment = &recording.moments[2];
         let wrist = moment.arm[joint::HAND];
         let forearm = recording.capsules.iter().position(|shape| shape.part == "forearm").unwrap();
@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn a_robot_that_talks_to_itself_is_heard() {
-        let overrides = ["task=move-to-target", "controller.added=speech", "move_to_target.steps=2"];
+        let overrides = ["task=move-to-target", "controller.added=speech", "move_to_target.steps=3"];
         let recording = recording(&overrides, 0);
         let said = |at: usize| {
             let step = recording.moments[at].step.as_ref().unwrap();

@@ -24,7 +24,7 @@ mod tests {
     #[test]
     fn the_page_has_its_data_and_fetches_nothing() {
         assert_eq!(PAGE.matches(PLACE).count(), 1);
-        let mut recording = recording(&["reach.steps=1"], 0);
+        let mut recording = recording(&["reach.steps=3"], 0);
         recording.individual = "</script>".to_owned();
         let page = page(&[recording]).unwrap();
         assert!(!page.contains(PLACE) && page.contains("\\u003c/script>"));

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use selftalk_sim::behaviours::{Bound, Condition, Quantity};
-use selftalk_sim::physics::{Observation, TOUCH_SENSOR_NAMES};
+use selftalk_sim::physics::TOUCH_SENSOR_NAMES;
 use selftalk_sim::{Behaviour, Experiment, Frame, Trace, scene};
 
 use super::words::{apart, in_words, number};
@@ -200,7 +200,7 @@ impl<'a> Course<'a> {
         if z > MOVED {
             let _ = write!(words, "{}object lifted {z:.3} m", if words.is_empty() { "" } else { ", " });
         }
-        if upright(end) < UPRIGHT {
+        if end.upright() < UPRIGHT {
             let _ = write!(words, "{}object tipped over", if words.is_empty() { "" } else { ", " });
         }
         (!words.is_empty()).then_some(words)
@@ -222,12 +222,6 @@ impl<'a> Course<'a> {
         }
         lies(last).then(|| "object on the table".to_owned())
     }
-}
-
-/// Cosine of the angle between the object's axis and straight up.
-fn upright(observation: &Observation) -> f64 {
-    let [_, x, y, _] = observation.orientation;
-    1.0 - 2.0 * (x * x + y * y)
 }
 
 fn relative_shortfall(condition: &Condition) -> f64 {

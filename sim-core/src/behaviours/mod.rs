@@ -146,6 +146,12 @@ impl View<'_> {
         self.observation.touch.iter().map(|touch| u32::from(*touch)).sum()
     }
 
+    /// How undisturbed the object is, in [0, 1]: 1 while it stands, 0 when it lies on its side. A hand that throws it over
+    /// cannot go on to grasp it.
+    fn standing(&self) -> f64 {
+        unit(self.observation.upright())
+    }
+
     /// Height of the object's base above the table while it is upright.
     fn height(&self) -> f64 {
         self.observation.object[2] - scene::OBJECT_STANDING

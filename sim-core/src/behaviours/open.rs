@@ -25,5 +25,5 @@ pub(super) fn judge(settings: &Open, view: &View<'_>) -> Judgement {
     } else {
         0.0
     };
-    Judgement { reward, goal: reached(&conditions) }
+    Judgement { reward: view.standing() * reward, goal: reached(&conditions) }
 }

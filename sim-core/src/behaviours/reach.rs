@@ -14,5 +14,6 @@ pub(super) fn judge(settings: &Reach, view: &View<'_>) -> Judgement {
     let closeness = near(&settings.near, distance);
     let alignment = graded_alignment(view.alignment(), settings.full_alignment);
     let weight = settings.near_weight;
-    Judgement { reward: weight * closeness + (1.0 - weight) * alignment, goal: reached(&conditions) }
+    let reward = view.standing() * (weight * closeness + (1.0 - weight) * alignment);
+    Judgement { reward, goal: reached(&conditions) }
 }

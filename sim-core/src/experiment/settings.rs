@@ -163,8 +163,10 @@ impl Default for Scene {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Trials {
-    /// Control steps for which the goal must hold without a break; the trial then ends.
+    /// Control steps for which the goal must hold without a break to count as reached.
     pub hold: u32,
+    /// Whether a trial of an elementary action ends when its goal has been reached; one of MOVE-TO-TARGET always does.
+    pub end_at_goal: bool,
     /// Share of the score that reaching the goal gives; the rest is the mean of the graded reward.
     pub goal_share: f64,
     /// Factor on the graded reward while the focus is on the wrong thing.
@@ -173,7 +175,7 @@ pub struct Trials {
 
 impl Default for Trials {
     fn default() -> Self {
-        Self { hold: 1, goal_share: 0.2, wrong_focus: 0.3 }
+        Self { hold: 3, end_at_goal: false, goal_share: 0.2, wrong_focus: 0.3 }
     }
 }
 
@@ -216,7 +218,7 @@ pub struct Reach {
 impl Default for Reach {
     fn default() -> Self {
         Self {
-            steps: 40,
+            steps: 30,
             goal_distance: 0.06,
             near: Near::default(),
             near_weight: 0.75,
@@ -248,7 +250,7 @@ pub struct Open {
 impl Default for Open {
     fn default() -> Self {
         Self {
-            steps: 40,
+            steps: 30,
             goal_distance: 0.06,
             goal_extension: 0.7,
             goal_alignment: 0.8,
@@ -282,7 +284,7 @@ pub struct Grasp {
 impl Default for Grasp {
     fn default() -> Self {
         Self {
-            steps: 40,
+            steps: 30,
             goal_distance: 0.04,
             goal_touches: 3,
             near: Near { narrow: 0.08, ..Near::default() },
@@ -314,7 +316,7 @@ pub struct Move {
 impl Default for Move {
     fn default() -> Self {
         Self {
-            steps: 60,
+            steps: 50,
             goal_distance: 0.06,
             near: Near::default(),
             near_weight: 0.8,

@@ -58,6 +58,13 @@ pub struct Observation {
 }
 
 impl Observation {
+    /// How upright the object is: the cosine of the angle between its axis and straight up.
+    #[must_use]
+    pub fn upright(&self) -> f64 {
+        let [_, x, y, _] = self.orientation;
+        1.0 - 2.0 * (x * x + y * y)
+    }
+
     /// Whether all numbers are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
