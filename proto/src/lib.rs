@@ -6,6 +6,7 @@
 mod error;
 mod from_master;
 mod from_worker;
+mod token;
 mod unit;
 
 /// The generated types.
@@ -17,6 +18,7 @@ pub mod v1 {
 pub use error::WireError;
 pub use from_master::{FromMaster, RefusalReason};
 pub use from_worker::{Answer, FromWorker, Hello, UnitResult};
+pub use token::{Token, TokenError};
 pub use unit::{Unit, UnitKey};
 
 /// Version of the protocol; master and worker must have the same.

@@ -83,7 +83,7 @@ fn a_taken_port_is_said_before_anything_is_written() {
     let address = taken.local_addr().unwrap();
     let message = place.run(&format!("serve --listen {address} small.toml")).refused(5);
     assert!(message.starts_with(&format!("{address}: cannot listen: ")), "{message}");
-    let message = place.run("serve --listen 192.0.2.1:7700 small.toml").refused(5);
+    let message = place.run("serve --insecure --listen 192.0.2.1:7700 small.toml").refused(5);
     assert!(message.contains("cannot listen"), "{message}");
     assert!(!place.path("history.db").exists());
 }

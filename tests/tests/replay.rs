@@ -3,8 +3,8 @@
 // Helpers of tests are test code as well, though the compiler cannot know it.
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
-use serde_json::Value;
 use selftalk_tests::Place;
+use serde_json::Value;
 
 #[test]
 fn a_stored_trial_is_taken_away_with_all_its_signals() {

@@ -3,7 +3,7 @@
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::time::Duration;
 
-use selftalk_proto::SLOT_LIMIT;
+use selftalk_proto::{SLOT_LIMIT, Token};
 
 /// A worker's settings.
 #[derive(Debug, Clone)]
@@ -16,6 +16,8 @@ pub struct Config {
     pub connect_timeout: Duration,
     /// Fingerprint under which the worker's simulator is announced.
     pub fingerprint: String,
+    /// The token that the master asks for, if it does.
+    pub token: Option<Token>,
     instance: u64,
 }
 
@@ -28,6 +30,7 @@ impl Config {
             slots: available_cores(),
             connect_timeout: Duration::from_secs(30),
             fingerprint: fingerprint.into(),
+            token: None,
             // The standard library's hasher is seeded at random.
             instance: RandomState::new().build_hasher().finish(),
         }

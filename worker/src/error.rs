@@ -32,6 +32,14 @@ pub enum WorkerError {
         /// What it says.
         text: String,
     },
+    /// The master asks for another token.
+    #[error("{master}: refused: {text}; give the master's token with --token-file or SELFTALK_TOKEN")]
+    Token {
+        /// Its address.
+        master: String,
+        /// What it says.
+        text: String,
+    },
     /// Something answers at the address that does not understand workers.
     #[error("{master}: there is no selftalk master at this address")]
     NotAMaster {
@@ -61,7 +69,10 @@ impl WorkerError {
     /// Whether the network or the master is the reason, not this worker.
     #[must_use]
     pub const fn is_network(&self) -> bool {
-        matches!(self, Self::Unreachable { .. } | Self::Refused { .. } | Self::NotAMaster { .. })
+        matches!(
+            self,
+            Self::Unreachable { .. } | Self::Refused { .. } | Self::Token { .. } | Self::NotAMaster { .. }
+        )
     }
 }
 

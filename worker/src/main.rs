@@ -1,11 +1,12 @@
 //! The `selftalk-worker` command.
 
 use std::io::IsTerminal;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
-use selftalk_proto::SLOT_LIMIT;
+use selftalk_proto::{SLOT_LIMIT, Token, TokenError};
 use selftalk_worker::{Config, End, WorkerError, run, signal};
 use tracing_subscriber::EnvFilter;
 
@@ -13,6 +14,7 @@ const AFTER_HELP: &str = "\
 Examples:
   selftalk-worker --master http://127.0.0.1:7700
   selftalk-worker --master http://node1:7700 --slots 4 --connect-timeout 600
+  selftalk-worker --master http://node1:7700 --token-file token
 
 A worker ends when the master has finished. When the line is cut it goes on, and reconnects for as long as it takes.
 
@@ -33,6 +35,9 @@ struct Cli {
     /// Threads that run trials [default: one for every core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(SLOT_LIMIT)))]
     slots: Option<u32>,
+    /// File with the token that the master asks for [default: the environment's SELFTALK_TOKEN, if there is one]
+    #[arg(long, value_name = "FILE")]
+    token_file: Option<PathBuf>,
     /// Seconds for which a master is tried that has never been reached
     #[arg(long, value_name = "SECONDS", default_value_t = 30)]
     connect_timeout: u64,
@@ -58,7 +63,8 @@ fn main() -> ExitCode {
         Err(error) => {
             eprintln!("error: {error:#}");
             let network = error.downcast_ref::<WorkerError>().is_some_and(WorkerError::is_network);
-            let usage = matches!(error.downcast_ref(), Some(WorkerError::Address { .. }));
+            let usage =
+                error.is::<TokenError>() || matches!(error.downcast_ref(), Some(WorkerError::Address { .. }));
             ExitCode::from(if network {
                 5
             } else if usage {
@@ -75,6 +81,7 @@ fn main() -> ExitCode {
 async fn work(cli: Cli) -> anyhow::Result<u8> {
     let mut config = Config::new(cli.master, selftalk_sim::fingerprint()?);
     config.slots = cli.slots.unwrap_or(config.slots);
+    config.token = Token::given(cli.token_file.as_deref(), std::env::var(Token::VARIABLE).ok().as_deref())?;
     config.connect_timeout = Duration::from_secs(cli.connect_timeout);
     let signal = signal::watch()?;
     match run(config, signal.token()).await? {

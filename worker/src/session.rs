@@ -6,14 +6,16 @@ use std::time::Duration;
 
 use selftalk_proto::v1::WorkerMessage;
 use selftalk_proto::v1::evaluation_client::EvaluationClient;
-use selftalk_proto::{FromMaster, FromWorker, Hello, MESSAGE_LIMIT, PROTOCOL, Unit, UnitKey, UnitResult};
+use selftalk_proto::{
+    FromMaster, FromWorker, Hello, MESSAGE_LIMIT, PROTOCOL, Token, Unit, UnitKey, UnitResult,
+};
 use selftalk_sim::{Experiment, Simulator};
 use tokio::sync::mpsc;
 use tokio::time::{Interval, MissedTickBehavior, interval, sleep, timeout};
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use tonic::transport::Endpoint;
-use tonic::{Code, Status, Streaming};
+use tonic::{Code, Request, Status, Streaming};
 
 use crate::config::{Config, host};
 use crate::error::{WorkerError, chain};
@@ -48,6 +50,7 @@ pub(crate) struct Session {
     endpoint: Endpoint,
     hello: Hello,
     master: String,
+    token: Option<Token>,
     queue: Arc<Queue>,
     outbox: mpsc::UnboundedReceiver<UnitResult>,
     /// The last results sent, handed in again after a cut; the master ignores what it has.
@@ -107,7 +110,8 @@ impl Session {
             holds: Vec::new(),
         };
         let (recent, studies) = Default::default();
-        Ok(Self { endpoint, hello, master, queue, outbox, recent, studies, shutdown })
+        let token = config.token.clone();
+        Ok(Self { endpoint, hello, master, token, queue, outbox, recent, studies, shutdown })
     }
 
     /// Connects, for at most `limit`, and works until the line is cut, the master has finished or the worker is told
@@ -140,11 +144,19 @@ impl Session {
         let (sender, outgoing) = mpsc::channel(64);
         let hello = FromWorker::Hello(Hello { holds: self.holds(), ..self.hello.clone() });
         send(&sender, hello).await?;
-        let call = client.work(ReceiverStream::new(outgoing));
+        let mut request = Request::new(ReceiverStream::new(outgoing));
+        if let Some(token) = &self.token {
+            token.attach(request.metadata_mut());
+        }
+        let call = client.work(request);
         let mut inbound = match timeout(PATIENCE, call).await {
             Ok(Ok(response)) => response.into_inner(),
             Ok(Err(status)) if status.code() == Code::Unimplemented => {
                 return Err(WorkerError::NotAMaster { master: self.master.clone() }.into());
+            }
+            Ok(Err(status)) if status.code() == Code::Unauthenticated => {
+                let text = status.message().to_owned();
+                return Err(WorkerError::Token { master: self.master.clone(), text }.into());
             }
             Ok(Err(status)) => return Err(self.cut(&status)),
             Err(_) => return Err(Stop::Cut("the master does not answer".to_owned())),

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use selftalk_proto::Token;
 use selftalk_worker::signal::Signal;
 use selftalk_worker::{Config, End, WorkerError};
 use tokio::net::TcpListener;
@@ -22,8 +23,8 @@ use crate::store::{SqliteStore, Store, StoredExperiment};
 pub(super) enum Workers {
     /// So many threads of this process.
     Here(u32),
-    /// Whoever connects.
-    Remote(TcpListener),
+    /// Whoever connects, and has the token if there is one.
+    Remote(TcpListener, Option<Token>),
 }
 
 /// Begins to watch for Ctrl-C and SIGTERM.
@@ -48,7 +49,7 @@ pub(super) async fn conduct(
     global: &Global,
 ) -> Result<Vec<StoredExperiment>, Failure> {
     let store = Arc::new(store);
-    let remote = matches!(workers, Workers::Remote(_));
+    let remote = matches!(workers, Workers::Remote(..));
     let result = run(Arc::clone(&store), &experiments, workers, signal, overall).await;
     let mut ended = Vec::new();
     for stored in &experiments {
@@ -70,15 +71,14 @@ async fn run(
     signal: &Signal,
     overall: Option<Overall>,
 ) -> Result<RunEnd, Failure> {
-    let (listener, here) = match workers {
-        Workers::Remote(listener) => (listener, 0),
-        Workers::Here(count) => (listen("127.0.0.1:0").await?, count),
+    let (listener, token, here) = match workers {
+        Workers::Remote(listener, token) => (listener, token, 0),
+        Workers::Here(count) => (listen("127.0.0.1:0").await?, None, count),
     };
     let address = listener.local_addr().map_err(|error| Failure::new(Exit::Network, error))?;
     let fingerprint = selftalk_sim::fingerprint()?;
-    let master = Master::prepare(store, experiments, listener, Settings::new(fingerprint.as_str()))
-        .await
-        .map_err(failure)?;
+    let settings = Settings { token, ..Settings::new(fingerprint.as_str()) };
+    let master = Master::prepare(store, experiments, listener, settings).await.map_err(failure)?;
     let progress = Progress::show(master.board(), master.crew(), overall);
     let shutdown = signal.token().child_token();
     let mut crew = Crew::hire(here, &format!("http://{address}"), &fingerprint, &shutdown);

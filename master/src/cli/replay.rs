@@ -31,7 +31,8 @@ pub async fn run(args: ReplayArgs, global: &Global) -> Result<(), Failure> {
     let Some(individual) = individuals.first() else { return Ok(()) };
     let recordings = recordings(individual, &args)?;
     if let Some(path) = &args.json {
-        let text = serde_json::to_string(&recordings).map_err(|error| Failure::new(Exit::Unexpected, error))?;
+        let text =
+            serde_json::to_string(&recordings).map_err(|error| Failure::new(Exit::Unexpected, error))?;
         return write(path, text.as_bytes());
     }
     if let Some(path) = &args.csv {
@@ -77,7 +78,8 @@ fn recordings(individual: &Individual, args: &ReplayArgs) -> Result<Vec<Recordin
         recordings.push(recording.map_err(|error| Failure::new(Exit::Unexpected, error))?);
     }
     if recordings.is_empty() {
-        let names: Vec<&str> = simulator.behaviours().iter().map(|behaviour| Behaviour::name(*behaviour)).collect();
+        let names: Vec<&str> =
+            simulator.behaviours().iter().map(|behaviour| Behaviour::name(*behaviour)).collect();
         let message = format!("there is no such trial; the behaviours are: {}", names.join(", "));
         return Err(Failure::new(Exit::Usage, message));
     }
@@ -86,10 +88,7 @@ fn recordings(individual: &Individual, args: &ReplayArgs) -> Result<Vec<Recordin
 
 /// Writes a file, or stdout for `-`.
 fn write(path: &Path, content: &[u8]) -> Result<(), Failure> {
-    let written = if path == Path::new("-") {
-        std::io::stdout().write_all(content)
-    } else {
-        fs::write(path, content)
-    };
+    let written =
+        if path == Path::new("-") { std::io::stdout().write_all(content) } else { fs::write(path, content) };
     written.map_err(|error| Failure::new(Exit::Unexpected, format!("{}: {error}", path.display())))
 }

@@ -1,5 +1,7 @@
 //! `selftalk serve`.
 
+use selftalk_proto::Token;
+
 use super::Global;
 use super::ancestors::adopt;
 use super::args::ServeArgs;
@@ -18,6 +20,7 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
     for experiment in &mut asked {
         adopt(experiment, args.ancestors.as_deref(), global).await?;
     }
+    let token = token(&args)?;
     let signal = watch_signals()?;
     // A taken port is found out before anything is written.
     let listener = listen(args.listen).await?;
@@ -45,8 +48,33 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
     }
     running.iter().try_for_each(continuable)?;
     eprintln!("listening on {address}; workers join with `selftalk-worker --master http://{address}`");
-    let ended = conduct(store, running, Workers::Remote(listener), &signal, None, global).await?;
+    let ended = conduct(store, running, Workers::Remote(listener, token), &signal, None, global).await?;
     print_summary(&ended, global)?;
     next_steps(&ended, global);
     Ok(())
+}
+
+/// The token that workers must have. Where other machines can come in, it takes a word to say that the network is trusted.
+///
+/// # Errors
+/// [`Exit::Usage`] when that word is missing, or the token cannot be used.
+fn token(args: &ServeArgs) -> Result<Option<Token>, Failure> {
+    let variable = std::env::var(Token::VARIABLE).ok();
+    let token = Token::given(args.token_file.as_deref(), variable.as_deref());
+    let token = token.map_err(|error| Failure::new(Exit::Usage, error))?;
+    if !args.listen.ip().is_loopback() && !args.insecure {
+        let who = if token.is_some() { "read along" } else { "join as workers, and read along" };
+        let message = format!(
+            "--listen {}: other machines could {who}, as nothing is encrypted; add --insecure if the network is \
+             trusted{}",
+            args.listen,
+            if token.is_some() {
+                ""
+            } else {
+                ", and --token-file to let in only workers that know the token"
+            }
+        );
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    Ok(token)
 }

@@ -183,12 +183,7 @@ fn part(part: Part) -> String {
     }
 }
 
-fn moment(
-    robot: &RobotModel,
-    time: f64,
-    seen: &Observation,
-    step: Option<Step>,
-) -> Moment {
+fn moment(robot: &RobotModel, time: f64, seen: &Observation, step: Option<Step>) -> Moment {
     let links = Kinematics::new(robot, &seen.angles).links;
     let place = |link: usize, point: &Point3<f64>| (links[link] * point).coords.into();
     let half = robot.palm.half;

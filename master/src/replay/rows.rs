@@ -32,7 +32,8 @@ pub fn csv(recording: &Recording, to: impl io::Write) -> io::Result<()> {
 }
 
 fn header(recording: &Recording) -> Vec<String> {
-    let names = ["time", "object_x", "object_y", "object_z", "object_qw", "object_qx", "object_qy", "object_qz"];
+    let names =
+        ["time", "object_x", "object_y", "object_z", "object_qw", "object_qx", "object_qy", "object_qz"];
     let mut header: Vec<String> = names.map(str::to_owned).to_vec();
     header.extend(recording.joints.iter().map(|joint| format!("angle_{joint}")));
     header.extend(recording.sensors.map(|sensor| format!("touch_{sensor}")));
@@ -41,8 +42,11 @@ fn header(recording: &Recording) -> Vec<String> {
     if let Some(step) = steps.into_iter().next() {
         header.extend(step.conditions.iter().map(|(name, _)| name.replace(' ', "_")));
         header.extend(recording.motors.iter().map(|motor| format!("motor_{motor}")));
-        let neurons = [("sensor", step.sensors.len()), ("internal", step.internal.len()), ("added", step.added.len())];
-        header.extend(neurons.iter().flat_map(|(name, count)| (0..*count).map(move |at| format!("{name}_{at}"))));
+        let neurons =
+            [("sensor", step.sensors.len()), ("internal", step.internal.len()), ("added", step.added.len())];
+        header.extend(
+            neurons.iter().flat_map(|(name, count)| (0..*count).map(move |at| format!("{name}_{at}"))),
+        );
     }
     header
 }

@@ -72,8 +72,14 @@ impl<S: Store> Evaluation for Door<S> {
         &self,
         request: Request<Streaming<WorkerMessage>>,
     ) -> Result<Response<Self::WorkStream>, Status> {
-        let (outgoing, messages) = mpsc::unbounded_channel::<FromMaster>();
         let reception = Arc::clone(&self.reception);
+        if reception.settings.token.as_ref().is_some_and(|token| !token.admits(request.metadata())) {
+            tracing::warn!(from = ?request.remote_addr(), "a worker without the token was refused");
+            return Err(Status::unauthenticated(
+                "this master asks for a token, and none or another was given",
+            ));
+        }
+        let (outgoing, messages) = mpsc::unbounded_channel::<FromMaster>();
         self.connections.spawn(async move { reception.attend(request.into_inner(), outgoing).await });
         let messages = UnboundedReceiverStream::new(messages).map(|message| Ok(message.into()));
         Ok(Response::new(Box::pin(messages)))

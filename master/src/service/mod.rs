@@ -10,8 +10,8 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::Duration;
 
-use selftalk_proto::MESSAGE_LIMIT;
 use selftalk_proto::v1::evaluation_server::EvaluationServer;
+use selftalk_proto::{MESSAGE_LIMIT, Token};
 use thiserror::Error;
 use tokio::net::TcpListener;
 use tokio::time::timeout;
@@ -36,6 +36,8 @@ const GRACE: Duration = Duration::from_secs(3);
 pub struct Settings {
     /// Fingerprint of the simulator that workers must have.
     pub fingerprint: String,
+    /// The token that workers must have, if any.
+    pub token: Option<Token>,
     /// Time between the heartbeats that workers are asked for.
     pub heartbeat: Duration,
 }
@@ -44,7 +46,7 @@ impl Settings {
     /// Receives workers whose simulator has this fingerprint (see [`selftalk_sim::fingerprint()`]).
     #[must_use]
     pub fn new(fingerprint: impl Into<String>) -> Self {
-        Self { fingerprint: fingerprint.into(), heartbeat: Duration::from_secs(2) }
+        Self { fingerprint: fingerprint.into(), token: None, heartbeat: Duration::from_secs(2) }
     }
 }
 

@@ -151,7 +151,7 @@ pub struct RunArgs {
 #[command(after_help = "\
 Examples:
   selftalk serve elementary                     new or interrupted; workers on this machine connect to port 7700
-  selftalk serve --listen 0.0.0.0:7700 a.toml b.toml --db study.db
+  selftalk serve --listen 0.0.0.0:7700 --token-file token --insecure a.toml b.toml --db study.db
   selftalk serve                                go on with everything unfinished in the database
   selftalk-worker --master http://host:7700     start as many as you like, where you like
 
@@ -160,6 +160,12 @@ pub struct ServeArgs {
     /// Address and port to listen on
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7700")]
     pub listen: SocketAddr,
+    /// File with a token that workers must have [default: the environment's SELFTALK_TOKEN, if there is one]
+    #[arg(long, value_name = "FILE")]
+    pub token_file: Option<PathBuf>,
+    /// Listen where other machines can come in, though nothing is encrypted: only in a network that is trusted
+    #[arg(long)]
+    pub insecure: bool,
     /// Presets or experiment files; without any, everything unfinished in the database is continued
     #[arg(value_name = "PRESET|FILE.toml")]
     pub experiments: Vec<String>,
