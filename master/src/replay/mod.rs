@@ -256,7 +256,10 @@ mod tests {
         let moment = &recording.moments[2];
         let wrist = moment.arm[joint::HAND];
         let forearm = recording.capsules.iter().position(|shape| shape.part == "forearm").unwrap();
-        let far = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+        let far = |a: [f64; 3], b: [f64; 3]| {
+            let squares = (0..3).map(|i| (a[i] - b[i]) * (a[i] - b[i]));
+            squares.sum::<f64>().sqrt()
+        };
         assert!(far(moment.capsules[forearm][1], wrist) < 0.03, "the forearm ends at the wrist");
         let centre: [f64; 3] = std::array::from_fn(|i| moment.palm.iter().map(|c| c[i]).sum::<f64>() / 8.0);
         assert!(far(centre, wrist) < 0.05, "the palm is in front of it");
