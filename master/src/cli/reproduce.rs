@@ -65,9 +65,7 @@ impl Study {
         let mut overall = self.overall(&first, &second).await?;
 
         self.evolve(std::slice::from_ref(&first), &mut overall).await?;
-        for experiment in &mut second {
-            self.bequeath(&first.name, experiment).await?;
-        }
+        self.bequeath(&first.name, &mut second).await?;
         self.evolve(&second, &mut overall).await?;
         self.test(&second, &mut overall).await?;
         self.write(&first, &second).await
@@ -82,28 +80,38 @@ impl Study {
     async fn overall(&self, first: &Experiment, second: &[Experiment]) -> Result<Overall, Failure> {
         let whole: f64 = work(first) + second.iter().map(|of| work(of) + tests(of)).sum::<f64>();
         let mut done = 0.0;
-        if self.global.db.exists() {
-            let store = select::open(&self.global).await?;
-            for experiment in second.iter().chain([first]) {
-                let Some(stored) = store.experiment(&experiment.name).await? else { continue };
-                done += work(experiment) - remaining(&stored);
-                for replication in &stored.replications {
-                    if !store.list_retests(replication.id, Test::Generalisation).await?.is_empty() {
-                        done += tests(experiment) / f64::from(experiment.replications);
-                    }
+        // As a writer, which also mends a file that was left without its tables.
+        let store = SqliteStore::open_writer(&self.global.db).await?;
+        for experiment in second.iter().chain([first]) {
+            let Some(stored) = store.experiment(&experiment.name).await? else { continue };
+            done += work(experiment) - remaining(&stored);
+            for replication in &stored.replications {
+                if !store.list_retests(replication.id, Test::Generalisation).await?.is_empty() {
+                    done += tests(experiment) / f64::from(experiment.replications);
                 }
             }
         }
+        store.close().await?;
         Ok(Overall::new(whole, done))
     }
 
-    /// Gives an experiment of the second phase its ancestors: those it has if it was begun, or the champions of the first
-    /// phase.
-    async fn bequeath(&self, first: &str, experiment: &mut Experiment) -> Result<(), Failure> {
+    /// Gives the experiments of the second phase their ancestors: those of one that was begun, or the champions of the
+    /// first phase. All have the same, which take a while to choose.
+    async fn bequeath(&self, first: &str, second: &mut [Experiment]) -> Result<(), Failure> {
         let store = select::open(&self.global).await?;
-        match store.experiment(&experiment.name).await? {
-            Some(begun) => experiment.ancestors = begun.experiment.ancestors,
-            None => adopt(experiment, Some(first), &self.global).await?,
+        let mut chosen = None;
+        for experiment in &mut *second {
+            let begun = store.experiment(&experiment.name).await?;
+            chosen = chosen.or(begun.map(|begun| begun.experiment.ancestors));
+        }
+        for experiment in second {
+            match &chosen {
+                Some(ancestors) => experiment.ancestors = ancestors.clone(),
+                None => {
+                    adopt(experiment, Some(first), &self.global).await?;
+                    chosen = Some(experiment.ancestors.clone());
+                }
+            }
         }
         Ok(())
     }

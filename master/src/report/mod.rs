@@ -96,7 +96,11 @@ impl Study {
         conditions.sort_by_key(|condition| order(&condition.label));
         for at in 1..conditions.len() {
             if conditions[..at].iter().any(|before| before.label == conditions[at].label) {
-                conditions[at].label = conditions[at].experiment.name.clone();
+                let condition = &mut conditions[at];
+                condition.label = condition.experiment.name.clone();
+                for row in &mut condition.curve {
+                    row.condition = condition.label.clone();
+                }
             }
         }
         Self { conditions }
