@@ -136,4 +136,17 @@ mod tests {
         other.caretaker.speaks = Speaks::Even;
         assert_eq!(label(&other), "mine");
     }
+
+    #[test]
+    fn conditions_are_in_the_paper_s_order_and_none_has_another_s_label() {
+        let again = |name: &str| {
+            let mut condition = rows::tests::condition("C", &[1]);
+            condition.experiment.name = name.to_owned();
+            condition
+        };
+        let study = Study::new(vec![rows::tests::condition("LST", &[1]), again("first"), again("second")]);
+        let labels: Vec<&str> = study.conditions.iter().map(|condition| condition.label.as_str()).collect();
+        assert_eq!(labels, ["C", "second", "LST"]);
+        assert!(study.conditions[1].curve.iter().all(|row| row.condition == "second"));
+    }
 }
