@@ -6,6 +6,7 @@
 mod error;
 mod from_master;
 mod from_worker;
+pub mod keys;
 mod token;
 mod unit;
 
@@ -18,6 +19,7 @@ pub mod v1 {
 pub use error::WireError;
 pub use from_master::{FromMaster, RefusalReason};
 pub use from_worker::{Answer, FromWorker, Hello, UnitResult};
+pub use keys::{KeysError, MasterKeys, WorkerKeys};
 pub use token::{Token, TokenError};
 pub use unit::{Unit, UnitKey};
 

@@ -4,11 +4,12 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::time::Duration;
 
 use selftalk_proto::{SLOT_LIMIT, Token};
+use tonic::transport::ClientTlsConfig;
 
 /// A worker's settings.
 #[derive(Debug, Clone)]
 pub struct Config {
-    /// Address of the master, such as `http://127.0.0.1:7700`.
+    /// Address of the master, such as `http://127.0.0.1:7700`, or `https://node1:7700` with `tls`.
     pub master: String,
     /// Threads that simulate, 1 to [`SLOT_LIMIT`].
     pub slots: u32,
@@ -18,6 +19,8 @@ pub struct Config {
     pub fingerprint: String,
     /// The token that the master asks for, if it does.
     pub token: Option<Token>,
+    /// Whom to trust when the line is encrypted, and who to be.
+    pub tls: Option<ClientTlsConfig>,
     instance: u64,
 }
 
@@ -31,6 +34,7 @@ impl Config {
             connect_timeout: Duration::from_secs(30),
             fingerprint: fingerprint.into(),
             token: None,
+            tls: None,
             // The standard library's hasher is seeded at random.
             instance: RandomState::new().build_hasher().finish(),
         }

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
-use selftalk_proto::{SLOT_LIMIT, Token, TokenError};
+use selftalk_proto::{KeysError, SLOT_LIMIT, Token, TokenError, WorkerKeys};
 use selftalk_worker::{Config, End, WorkerError, run, signal};
 use tracing_subscriber::EnvFilter;
 
@@ -14,7 +14,7 @@ const AFTER_HELP: &str = "\
 Examples:
   selftalk-worker --master http://127.0.0.1:7700
   selftalk-worker --master http://node1:7700 --slots 4 --connect-timeout 600
-  selftalk-worker --master http://node1:7700 --token-file token
+  selftalk-worker --master https://node1:7700 --keys keys/worker
 
 A worker ends when the master has finished. When the line is cut it goes on, and reconnects for as long as it takes.
 
@@ -35,7 +35,11 @@ struct Cli {
     /// Threads that run trials [default: one for every core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(SLOT_LIMIT)))]
     slots: Option<u32>,
-    /// File with the token that the master asks for [default: the environment's SELFTALK_TOKEN, if there is one]
+    /// Folder with what encrypts the line, made by `selftalk keys init`: ca.crt, tls.crt, tls.key, token. The address
+    /// is https:// then
+    #[arg(long, value_name = "FOLDER")]
+    keys: Option<PathBuf>,
+    /// File with the token that the master asks for [default: the one among the keys, or the environment's SELFTALK_TOKEN, if there is one]
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
     /// Seconds for which a master is tried that has never been reached
@@ -63,8 +67,9 @@ fn main() -> ExitCode {
         Err(error) => {
             eprintln!("error: {error:#}");
             let network = error.downcast_ref::<WorkerError>().is_some_and(WorkerError::is_network);
-            let usage =
-                error.is::<TokenError>() || matches!(error.downcast_ref(), Some(WorkerError::Address { .. }));
+            let usage = error.is::<TokenError>()
+                || error.is::<KeysError>()
+                || matches!(error.downcast_ref(), Some(WorkerError::Address { .. }));
             ExitCode::from(if network {
                 5
             } else if usage {
@@ -82,6 +87,11 @@ async fn work(cli: Cli) -> anyhow::Result<u8> {
     let mut config = Config::new(cli.master, selftalk_sim::fingerprint()?);
     config.slots = cli.slots.unwrap_or(config.slots);
     config.token = Token::given(cli.token_file.as_deref(), std::env::var(Token::VARIABLE).ok().as_deref())?;
+    if let Some(folder) = &cli.keys {
+        let keys = WorkerKeys::read(folder)?;
+        config.tls = Some(keys.tls);
+        config.token = config.token.or(keys.token);
+    }
     config.connect_timeout = Duration::from_secs(cli.connect_timeout);
     let signal = signal::watch()?;
     match run(config, signal.token()).await? {

@@ -89,9 +89,16 @@ impl Session {
     ) -> Result<Self, WorkerError> {
         let master = config.master.clone();
         let refuse = |reason: String| WorkerError::Address { master: master.clone(), reason };
-        let endpoint = Endpoint::from_shared(master.clone()).map_err(|error| refuse(chain(&error)))?;
-        if endpoint.uri().scheme_str() != Some("http") || endpoint.uri().host().is_none() {
-            return Err(refuse("expected http://HOST:PORT".to_owned()));
+        let mut endpoint = Endpoint::from_shared(master.clone()).map_err(|error| refuse(chain(&error)))?;
+        let (scheme, hint) = match config.tls {
+            Some(_) => ("https", "expected https://HOST:PORT, as keys are given"),
+            None => ("http", "expected http://HOST:PORT, or with --keys https://HOST:PORT"),
+        };
+        if endpoint.uri().scheme_str() != Some(scheme) || endpoint.uri().host().is_none() {
+            return Err(refuse(hint.to_owned()));
+        }
+        if let Some(tls) = &config.tls {
+            endpoint = endpoint.tls_config(tls.clone()).map_err(|error| refuse(chain(&error)))?;
         }
         let endpoint = endpoint
             .connect_timeout(PATIENCE)

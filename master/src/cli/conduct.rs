@@ -8,6 +8,7 @@ use selftalk_worker::{Config, End, WorkerError};
 use tokio::net::TcpListener;
 use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
+use tonic::transport::ServerTlsConfig;
 
 use super::Global;
 use super::choose::{command, resume_command};
@@ -23,8 +24,8 @@ use crate::store::{SqliteStore, Store, StoredExperiment};
 pub(super) enum Workers {
     /// So many threads of this process.
     Here(u32),
-    /// Whoever connects, and has the token if there is one.
-    Remote(TcpListener, Option<Token>),
+    /// Whoever connects, has the token if there is one, and encrypts if that is asked for.
+    Remote(TcpListener, Option<Token>, Option<ServerTlsConfig>),
 }
 
 /// Begins to watch for Ctrl-C and SIGTERM.
@@ -71,13 +72,13 @@ async fn run(
     signal: &Signal,
     overall: Option<Overall>,
 ) -> Result<RunEnd, Failure> {
-    let (listener, token, here) = match workers {
-        Workers::Remote(listener, token) => (listener, token, 0),
-        Workers::Here(count) => (listen("127.0.0.1:0").await?, None, count),
+    let (listener, token, tls, here) = match workers {
+        Workers::Remote(listener, token, tls) => (listener, token, tls, 0),
+        Workers::Here(count) => (listen("127.0.0.1:0").await?, None, None, count),
     };
     let address = listener.local_addr().map_err(|error| Failure::new(Exit::Network, error))?;
     let fingerprint = selftalk_sim::fingerprint()?;
-    let settings = Settings { token, ..Settings::new(fingerprint.as_str()) };
+    let settings = Settings { token, tls, ..Settings::new(fingerprint.as_str()) };
     let master = Master::prepare(store, experiments, listener, settings).await.map_err(failure)?;
     let progress = Progress::show(master.board(), master.crew(), overall);
     let shutdown = signal.token().child_token();

@@ -11,6 +11,7 @@ pub mod digest;
 pub mod evaluate;
 pub mod history;
 pub mod individuals;
+pub mod keys;
 pub mod output;
 mod overall;
 mod progress;
@@ -57,5 +58,6 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Report(args) => report::run(args, &global).await,
         Command::Reproduce(args) => reproduce::run(args, &global).await,
         Command::Digest(args) => digest::run(args, &global).await,
+        Command::Keys(args) => keys::run(&args),
     }
 }

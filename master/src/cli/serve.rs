@@ -1,6 +1,9 @@
 //! `selftalk serve`.
 
-use selftalk_proto::Token;
+use std::fmt::Display;
+
+use selftalk_proto::{MasterKeys, Token};
+use tonic::transport::ServerTlsConfig;
 
 use super::Global;
 use super::ancestors::adopt;
@@ -20,7 +23,7 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
     for experiment in &mut asked {
         adopt(experiment, args.ancestors.as_deref(), global).await?;
     }
-    let token = token(&args)?;
+    let (token, tls) = admission(&args)?;
     let signal = watch_signals()?;
     // A taken port is found out before anything is written.
     let listener = listen(args.listen).await?;
@@ -47,34 +50,39 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
         return Ok(store.close().await?);
     }
     running.iter().try_for_each(continuable)?;
-    eprintln!("listening on {address}; workers join with `selftalk-worker --master http://{address}`");
-    let ended = conduct(store, running, Workers::Remote(listener, token), &signal, None, global).await?;
+    let (scheme, keys) = if tls.is_some() { ("https", " --keys FOLDER") } else { ("http", "") };
+    eprintln!("listening on {address}; workers join with `selftalk-worker --master {scheme}://{address}{keys}`");
+    let ended = conduct(store, running, Workers::Remote(listener, token, tls), &signal, None, global).await?;
     print_summary(&ended, global)?;
     next_steps(&ended, global);
     Ok(())
 }
 
-/// The token that workers must have. Where other machines can come in, it takes a word to say that the network is trusted.
+/// Who may come in: those who have the token and, with keys, a certificate. Where other machines can, it takes keys and a
+/// token, or a word to say that the network is trusted.
 ///
 /// # Errors
-/// [`Exit::Usage`] when that word is missing, or the token cannot be used.
-fn token(args: &ServeArgs) -> Result<Option<Token>, Failure> {
+/// [`Exit::Usage`] when that word is missing, or keys or token cannot be used.
+fn admission(args: &ServeArgs) -> Result<(Option<Token>, Option<ServerTlsConfig>), Failure> {
+    let usage = |error: &dyn Display| Failure::new(Exit::Usage, error);
     let variable = std::env::var(Token::VARIABLE).ok();
-    let token = Token::given(args.token_file.as_deref(), variable.as_deref());
-    let token = token.map_err(|error| Failure::new(Exit::Usage, error))?;
+    let token = Token::given(args.token_file.as_deref(), variable.as_deref()).map_err(|error| usage(&error))?;
+    let keys = args.keys.as_deref().map(MasterKeys::read).transpose().map_err(|error| usage(&error))?;
+    let (tls, among_keys) = keys.map_or((None, None), |keys| (Some(keys.tls), keys.token));
+    let token = token.or(among_keys);
+    let who = match (&token, &tls) {
+        (Some(_), Some(_)) => return Ok((token, tls)),
+        (Some(_), None) => "read along, as nothing is encrypted",
+        (None, Some(_)) => "join as workers, as no token is asked for",
+        (None, None) => "join as workers and read along, as there are neither token nor keys",
+    };
     if !args.listen.ip().is_loopback() && !args.insecure {
-        let who = if token.is_some() { "read along" } else { "join as workers, and read along" };
         let message = format!(
-            "--listen {}: other machines could {who}, as nothing is encrypted; add --insecure if the network is \
-             trusted{}",
-            args.listen,
-            if token.is_some() {
-                ""
-            } else {
-                ", and --token-file to let in only workers that know the token"
-            }
+            "--listen {}: other machines could {who}; `selftalk keys init` makes both, for --keys, or add --insecure \
+             if the network is trusted",
+            args.listen
         );
         return Err(Failure::new(Exit::Usage, message));
     }
-    Ok(token)
+    Ok((token, tls))
 }

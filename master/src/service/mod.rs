@@ -18,7 +18,7 @@ use tokio::time::timeout;
 use tokio_stream::StreamExt;
 use tokio_stream::wrappers::TcpListenerStream;
 use tokio_util::sync::CancellationToken;
-use tonic::transport::Server;
+use tonic::transport::{Server, ServerTlsConfig};
 
 use crate::store::Store;
 use connection::Door;
@@ -28,6 +28,8 @@ pub use hub::Hub;
 
 /// A connection on which a ping is not answered for this long is cut.
 const KEEPALIVE: Duration = Duration::from_secs(10);
+/// How long a TLS handshake may take.
+const HANDSHAKE: Duration = Duration::from_secs(10);
 /// How long the connections have to end on their own.
 const GRACE: Duration = Duration::from_secs(3);
 
@@ -38,6 +40,8 @@ pub struct Settings {
     pub fingerprint: String,
     /// The token that workers must have, if any.
     pub token: Option<Token>,
+    /// How connections are encrypted, if they are.
+    pub tls: Option<ServerTlsConfig>,
     /// Time between the heartbeats that workers are asked for.
     pub heartbeat: Duration,
 }
@@ -46,7 +50,7 @@ impl Settings {
     /// Receives workers whose simulator has this fingerprint (see [`selftalk_sim::fingerprint()`]).
     #[must_use]
     pub fn new(fingerprint: impl Into<String>) -> Self {
-        Self { fingerprint: fingerprint.into(), token: None, heartbeat: Duration::from_secs(2) }
+        Self { fingerprint: fingerprint.into(), token: None, tls: None, heartbeat: Duration::from_secs(2) }
     }
 }
 
@@ -67,6 +71,11 @@ pub async fn serve<S: Store>(
     settings: Settings,
     shutdown: CancellationToken,
 ) -> Result<(), ServiceError> {
+    let mut server = Server::builder();
+    if let Some(tls) = &settings.tls {
+        // A peer that does not get through the handshake is not kept waiting for.
+        server = server.tls_config(tls.clone().timeout(HANDSHAKE))?;
+    }
     let door = Door::new(handle, store, settings);
     let connections = door.connections();
     let service = EvaluationServer::new(door)
@@ -78,7 +87,7 @@ pub async fn serve<S: Store>(
         stream.set_nodelay(true)?;
         Ok::<_, std::io::Error>(stream)
     });
-    let serving = Server::builder()
+    let serving = server
         .http2_keepalive_interval(Some(KEEPALIVE))
         .http2_keepalive_timeout(Some(KEEPALIVE))
         .add_service(service)

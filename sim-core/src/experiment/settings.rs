@@ -123,13 +123,13 @@ impl Default for Physics {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
-    /// Middle of the object's four areas along x; paper: 30 cm in front.
+    /// Middle of the object's four areas along x; paper: 30 cm in front ([`scene::ROBOT_FRONT`]).
     pub areas_x: f64,
     /// Middle of the object's four areas along y; paper: 10 cm to the left.
     pub areas_y: f64,
     /// Distance of each area's centre from their middle: to the front, back, left and right; paper: 0.10.
     pub areas_distance: f64,
-    /// Distance of both target areas in front of the robot; paper: 0.25.
+    /// Distance of both target areas from the waist's axis; paper: 0.25 in front ([`scene::ROBOT_FRONT`]).
     pub target_front: f64,
     /// Distance of the target areas to the left and to the right; paper: 0.10.
     pub target_side: f64,

@@ -114,6 +114,8 @@ pub enum Command {
     Reproduce(ReproduceArgs),
     /// Print a checksum of each replication's history
     Digest(DigestArgs),
+    /// Make what a master and its workers prove to each other who they are with
+    Keys(KeysArgs),
 }
 
 /// Arguments of `selftalk run`.
@@ -160,10 +162,15 @@ pub struct ServeArgs {
     /// Address and port to listen on
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7700")]
     pub listen: SocketAddr,
-    /// File with a token that workers must have [default: the environment's SELFTALK_TOKEN, if there is one]
+    /// Folder with what encrypts the lines to workers, made by `selftalk keys init`: tls.crt, tls.key, token, and ca.crt if
+    /// workers must have certificates
+    #[arg(long, value_name = "FOLDER")]
+    pub keys: Option<PathBuf>,
+    /// File with a token that workers must have [default: the one among the keys, or the environment's SELFTALK_TOKEN, if
+    /// there is one]
     #[arg(long, value_name = "FILE")]
     pub token_file: Option<PathBuf>,
-    /// Listen where other machines can come in, though nothing is encrypted: only in a network that is trusted
+    /// Listen where other machines can come in without keys or token: only in a network that is trusted
     #[arg(long)]
     pub insecure: bool,
     /// Presets or experiment files; without any, everything unfinished in the database is continued
@@ -173,6 +180,40 @@ pub struct ServeArgs {
     /// results, or `none`
     #[arg(long, value_name = "EXPERIMENT|FOLDER")]
     pub ancestors: Option<String>,
+}
+
+/// Arguments of `selftalk keys`.
+#[derive(Debug, Clone, Args)]
+pub struct KeysArgs {
+    /// What to do
+    #[command(subcommand)]
+    pub what: KeysCommand,
+}
+
+/// The commands of `selftalk keys`.
+#[derive(Debug, Clone, Subcommand)]
+pub enum KeysCommand {
+    /// Make certificates, keys and a token in a new folder, with a part for the master and one for its workers
+    Init(KeysInitArgs),
+}
+
+/// Arguments of `selftalk keys init`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  selftalk keys init keys --host node1 --host 10.0.0.5
+  selftalk serve elementary --listen 0.0.0.0:7700 --keys keys/master
+  selftalk-worker --master https://node1:7700 --keys keys/worker          elsewhere, with a copy of keys/worker
+
+The certificates do not expire. To replace them make another folder and start master and workers again.
+`selftalk --help` lists the exit codes.")]
+pub struct KeysInitArgs {
+    /// The folder; it must not exist
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// A name or address by which workers reach the master, besides localhost; can be repeated
+    #[arg(long = "host", value_name = "NAME|ADDRESS")]
+    pub hosts: Vec<String>,
 }
 
 /// Arguments of `selftalk resume`.

@@ -1,0 +1,146 @@
+//! `selftalk keys`.
+
+use std::fmt::{Display, Write as _};
+use std::fs::{DirBuilder, OpenOptions};
+use std::io::{ErrorKind, Write as _};
+use std::path::Path;
+
+use rcgen::{
+    BasicConstraints, CertificateParams, CertifiedIssuer, DnType, ExtendedKeyUsagePurpose, IsCa, KeyPair,
+    KeyUsagePurpose,
+};
+use selftalk_proto::keys::{AUTHORITY, CERTIFICATE, KEY, TOKEN};
+
+use super::args::{KeysArgs, KeysCommand};
+use crate::exit::{Exit, Failure};
+
+/// Bytes of a token, before they are written as hexadecimal digits.
+const SECRET: usize = 32;
+
+/// Carries out the command.
+///
+/// # Errors
+/// [`Failure`] with the exit code and the line to print.
+pub fn run(args: &KeysArgs) -> Result<(), Failure> {
+    let KeysCommand::Init(args) = &args.what;
+    let files = make(&args.hosts)?;
+    write(&args.folder, &files)?;
+    let folder = args.folder.display();
+    eprintln!("{folder}/master is for `selftalk serve --keys`, {folder}/worker for `selftalk-worker --keys`.");
+    eprintln!("{folder}/authority signs further certificates and need not be on either's machine.");
+    Ok(())
+}
+
+/// The folders' files, with what is in each. The authority signs one certificate for the master and one that all workers
+/// share; each side trusts what the authority signed.
+fn make(hosts: &[String]) -> Result<Vec<(&'static str, &'static str, String)>, Failure> {
+    let (authority, authority_key) = authority().map_err(unexpected)?;
+    let master = signed("selftalk master", &names(hosts), ExtendedKeyUsagePurpose::ServerAuth, &authority);
+    let (master, master_key) = master.map_err(|error| {
+        let hosts = hosts.join(", ");
+        Failure::new(Exit::Usage, format!("--host {hosts}: expected host names or IP addresses: {error}"))
+    })?;
+    let worker = signed("selftalk worker", &[], ExtendedKeyUsagePurpose::ClientAuth, &authority);
+    let (worker, worker_key) = worker.map_err(unexpected)?;
+    let token = token()?;
+    let authority = authority.pem();
+    Ok(vec![
+        ("authority", CERTIFICATE, authority.clone()),
+        ("authority", KEY, authority_key),
+        ("master", AUTHORITY, authority.clone()),
+        ("master", CERTIFICATE, master),
+        ("master", KEY, master_key),
+        ("master", TOKEN, token.clone()),
+        ("worker", AUTHORITY, authority),
+        ("worker", CERTIFICATE, worker),
+        ("worker", KEY, worker_key),
+        ("worker", TOKEN, token),
+    ])
+}
+
+fn names(hosts: &[String]) -> Vec<String> {
+    let mut names: Vec<String> = ["localhost", "127.0.0.1", "::1"].map(str::to_owned).into();
+    names.extend(hosts.iter().cloned());
+    names
+}
+
+fn authority() -> Result<(CertifiedIssuer<'static, KeyPair>, String), rcgen::Error> {
+    let mut params = CertificateParams::default();
+    params.distinguished_name.push(DnType::CommonName, "selftalk authority");
+    params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
+    params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
+    let key = KeyPair::generate()?;
+    let secret = key.serialize_pem();
+    Ok((CertifiedIssuer::self_signed(params, key)?, secret))
+}
+
+/// A certificate for these names that the authority signed, and its key, in PEM.
+fn signed(
+    who: &str,
+    names: &[String],
+    purpose: ExtendedKeyUsagePurpose,
+    authority: &CertifiedIssuer<'static, KeyPair>,
+) -> Result<(String, String), rcgen::Error> {
+    let mut params = CertificateParams::new(names)?;
+    params.distinguished_name.push(DnType::CommonName, who);
+    params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
+    params.extended_key_usages = vec![purpose];
+    params.use_authority_key_identifier_extension = true;
+    let key = KeyPair::generate()?;
+    Ok((params.signed_by(&key, authority)?.pem(), key.serialize_pem()))
+}
+
+fn token() -> Result<String, Failure> {
+    let mut secret = [0; SECRET];
+    getrandom::fill(&mut secret).map_err(unexpected)?;
+    let mut text = String::with_capacity(2 * SECRET + 1);
+    for byte in secret {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{byte:02x}");
+    }
+    text.push('\n');
+    Ok(text)
+}
+
+/// Writes the files where nobody else can read them; all or none.
+fn write(folder: &Path, files: &[(&str, &str, String)]) -> Result<(), Failure> {
+    let fail = |path: &Path, error: std::io::Error| {
+        let hint = if error.kind() == ErrorKind::AlreadyExists { "; choose a folder that does not" } else { "" };
+        Failure::new(Exit::Usage, format!("{}: {error}{hint}", path.display()))
+    };
+    private_folder(folder).map_err(|error| fail(folder, error))?;
+    let written = files.iter().try_for_each(|(part, name, content)| {
+        let part = folder.join(part);
+        if !part.exists() {
+            private_folder(&part).map_err(|error| fail(&part, error))?;
+        }
+        let path = part.join(name);
+        private_file(&path, content).map_err(|error| fail(&path, error))
+    });
+    if written.is_err() {
+        // What was written is of no use without the rest. If that cannot be removed either, the failure says where it is.
+        let _ = std::fs::remove_dir_all(folder);
+    }
+    written
+}
+
+fn private_folder(path: &Path) -> std::io::Result<()> {
+    let mut builder = DirBuilder::new();
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.create(path)
+}
+
+fn private_file(path: &Path, content: &str) -> std::io::Result<()> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let mut file = options.open(path)?;
+    file.write_all(content.as_bytes())?;
+    file.sync_all()
+}
+
+fn unexpected(error: impl Display) -> Failure {
+    Failure::new(Exit::Unexpected, format!("keys cannot be made: {error}"))
+}
