@@ -72,7 +72,7 @@ fn keys_that_cannot_be_used_are_said_to_be() {
     let message = worker_with(&place, "127.0.0.1:1", "nowhere").end().failed(2);
     assert!(message.starts_with("nowhere/ca.crt: cannot be read"), "{message}");
     let message = place.run("keys init keys --host no,name").refused(2);
-    assert!(message.starts_with("--host no,name: expected host names or IP addresses"), "{message}");
+    assert!(message.starts_with("--host no,name: expected a host name or an IP address"), "{message}");
     assert!(!place.path("keys").exists());
     place.run("keys init keys").done();
     let before = place.read("keys/master/tls.key");

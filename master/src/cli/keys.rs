@@ -9,6 +9,7 @@ use rcgen::{
     BasicConstraints, CertificateParams, CertifiedIssuer, DnType, ExtendedKeyUsagePurpose, IsCa, KeyPair,
     KeyUsagePurpose,
 };
+use rustls_pki_types::ServerName;
 use selftalk_proto::keys::{AUTHORITY, CERTIFICATE, KEY, TOKEN};
 
 use super::args::{KeysArgs, KeysCommand};
@@ -34,12 +35,14 @@ pub fn run(args: &KeysArgs) -> Result<(), Failure> {
 /// The folders' files, with what is in each. The authority signs one certificate for the master and one that all workers
 /// share; each side trusts what the authority signed.
 fn make(hosts: &[String]) -> Result<Vec<(&'static str, &'static str, String)>, Failure> {
+    for host in hosts {
+        ServerName::try_from(host.as_str()).map_err(|_| {
+            Failure::new(Exit::Usage, format!("--host {host}: expected a host name or an IP address"))
+        })?;
+    }
     let (authority, authority_key) = authority().map_err(unexpected)?;
     let master = signed("selftalk master", &names(hosts), ExtendedKeyUsagePurpose::ServerAuth, &authority);
-    let (master, master_key) = master.map_err(|error| {
-        let hosts = hosts.join(", ");
-        Failure::new(Exit::Usage, format!("--host {hosts}: expected host names or IP addresses: {error}"))
-    })?;
+    let (master, master_key) = master.map_err(unexpected)?;
     let worker = signed("selftalk worker", &[], ExtendedKeyUsagePurpose::ClientAuth, &authority);
     let (worker, worker_key) = worker.map_err(unexpected)?;
     let token = token()?;
