@@ -1,5 +1,6 @@
 //! A master at work: the run loop and the service that feeds it.
 
+use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -26,6 +27,11 @@ pub enum MasterError {
     ServiceEnded,
 }
 
+/// A number that nobody else knows: the standard library's hasher is seeded at random. No result depends on it.
+fn secret() -> u64 {
+    RandomState::new().build_hasher().finish()
+}
+
 /// A master that is ready to receive workers.
 #[derive(Debug)]
 pub struct Master<S> {
@@ -47,8 +53,10 @@ impl<S: Store> Master<S> {
         listener: TcpListener,
         settings: Settings,
     ) -> Result<Self, MasterError> {
-        let handle = Hub::start(Limits::default());
-        let driver = Driver::prepare(Arc::clone(&store), handle.clone(), experiments).await?;
+        let limits = Limits { audit_share: settings.audit, audit_secret: secret(), ..Limits::default() };
+        let (handle, revocations) = Hub::start(limits);
+        let hub = (handle.clone(), revocations);
+        let driver = Driver::prepare(Arc::clone(&store), hub, experiments).await?;
         Ok(Self { store, driver, handle, listener, settings })
     }
 

@@ -47,6 +47,8 @@ pub enum RefusalReason {
     Fingerprint,
     /// The hello cannot be understood.
     Hello,
+    /// An answer of the worker was not what the master computes.
+    Wrong,
     /// A reason that this version does not know.
     Other,
 }
@@ -98,6 +100,7 @@ impl From<RefusalReason> for refusal::Reason {
             RefusalReason::Protocol => Self::Protocol,
             RefusalReason::Fingerprint => Self::Fingerprint,
             RefusalReason::Hello => Self::Hello,
+            RefusalReason::Wrong => Self::Wrong,
             RefusalReason::Other => Self::Unspecified,
         }
     }
@@ -109,6 +112,7 @@ impl From<refusal::Reason> for RefusalReason {
             refusal::Reason::Protocol => Self::Protocol,
             refusal::Reason::Fingerprint => Self::Fingerprint,
             refusal::Reason::Hello => Self::Hello,
+            refusal::Reason::Wrong => Self::Wrong,
             refusal::Reason::Unspecified => Self::Other,
         }
     }

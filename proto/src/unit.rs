@@ -36,6 +36,13 @@ impl UnitKey {
         Self(bytes)
     }
 
+    /// Its first bytes as a number, as good as a random one.
+    #[must_use]
+    pub const fn leading(self) -> u64 {
+        let [a, b, c, d, e, f, g, h, ..] = self.0;
+        u64::from_le_bytes([a, b, c, d, e, f, g, h])
+    }
+
     pub(crate) fn to_wire(self) -> Vec<u8> {
         self.0.to_vec()
     }

@@ -24,8 +24,19 @@ use crate::store::{SqliteStore, Store, StoredExperiment};
 pub(super) enum Workers {
     /// So many threads of this process.
     Here(u32),
-    /// Whoever connects, has the token if there is one, and encrypts if that is asked for.
-    Remote(TcpListener, Option<Token>, Option<ServerTlsConfig>),
+    /// Whoever connects.
+    Remote(Remote),
+}
+
+/// How workers come in over the network.
+pub(super) struct Remote {
+    pub(super) listener: TcpListener,
+    /// What they must know, if anything.
+    pub(super) token: Option<Token>,
+    /// How lines are encrypted, if they are.
+    pub(super) tls: Option<ServerTlsConfig>,
+    /// Share of their answers that the master evaluates again.
+    pub(super) audit: f64,
 }
 
 /// Begins to watch for Ctrl-C and SIGTERM.
@@ -72,13 +83,18 @@ async fn run(
     signal: &Signal,
     overall: Option<Overall>,
 ) -> Result<RunEnd, Failure> {
-    let (listener, token, tls, here) = match workers {
-        Workers::Remote(listener, token, tls) => (listener, token, tls, 0),
-        Workers::Here(count) => (listen("127.0.0.1:0").await?, None, None, count),
+    let (remote, here) = match workers {
+        Workers::Remote(remote) => (remote, 0),
+        // These are the master's own threads: what they answer is what the master computes.
+        Workers::Here(count) => {
+            let listener = listen("127.0.0.1:0").await?;
+            (Remote { listener, token: None, tls: None, audit: 0.0 }, count)
+        }
     };
+    let Remote { listener, token, tls, audit } = remote;
     let address = listener.local_addr().map_err(|error| Failure::new(Exit::Network, error))?;
     let fingerprint = selftalk_sim::fingerprint()?;
-    let settings = Settings { token, tls, ..Settings::new(fingerprint.as_str()) };
+    let settings = Settings { token, tls, audit, ..Settings::new(fingerprint.as_str()) };
     let master = Master::prepare(store, experiments, listener, settings).await.map_err(failure)?;
     let progress = Progress::show(master.board(), master.crew(), overall);
     let shutdown = signal.token().child_token();

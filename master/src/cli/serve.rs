@@ -9,7 +9,7 @@ use super::Global;
 use super::ancestors::adopt;
 use super::args::ServeArgs;
 use super::choose::{continuable, find_or_create, open_existing, read, unfinished};
-use super::conduct::{Workers, conduct, listen, watch_signals};
+use super::conduct::{Remote, Workers, conduct, listen, watch_signals};
 use super::summary::{next_steps, print_summary};
 use crate::exit::{Exit, Failure};
 use crate::store::{SqliteStore, Store, StoredExperiment};
@@ -52,7 +52,8 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
     running.iter().try_for_each(continuable)?;
     let (scheme, keys) = if tls.is_some() { ("https", " --keys FOLDER") } else { ("http", "") };
     eprintln!("listening on {address}; workers join with `selftalk-worker --master {scheme}://{address}{keys}`");
-    let ended = conduct(store, running, Workers::Remote(listener, token, tls), &signal, None, global).await?;
+    let remote = Remote { listener, token, tls, audit: args.audit };
+    let ended = conduct(store, running, Workers::Remote(remote), &signal, None, global).await?;
     print_summary(&ended, global)?;
     next_steps(&ended, global);
     Ok(())

@@ -72,7 +72,7 @@ impl Board {
 }
 
 /// A replication's place on the board.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Place {
     board: Arc<watch::Sender<Board>>,
     index: usize,

@@ -4,6 +4,7 @@
 //! history only as a [`Store`] and the workers only as a [`Handle`].
 
 mod board;
+mod field;
 mod replication;
 mod round;
 #[cfg(test)]
@@ -14,13 +15,13 @@ use std::sync::Arc;
 use selftalk_sim::{Experiment, SimError, Simulator};
 use thiserror::Error;
 use tokio::sync::watch;
-use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
-use crate::service::Handle;
-use crate::store::{Store, StoreError, StoredExperiment};
+use crate::service::{Handle, Revocations};
+use crate::store::{Store, StoreError, StoredExperiment, StoredReplication};
 pub use board::{Board, Last, Standing};
-use replication::Replication;
+use field::Field;
+use replication::{Replication, Subject};
 
 /// Why a run cannot go on.
 #[derive(Debug, Error)]
@@ -62,6 +63,9 @@ struct Study {
 #[derive(Debug)]
 pub struct Driver<S> {
     replications: Vec<Replication<S>>,
+    subjects: Vec<Arc<Subject<S>>>,
+    handle: Handle,
+    revocations: Revocations,
     board: watch::Receiver<Board>,
 }
 
@@ -73,13 +77,13 @@ impl<S: Store> Driver<S> {
     /// [`DriverError::Store`] when the history cannot be read.
     pub async fn prepare(
         store: Arc<S>,
-        handle: Handle,
+        (handle, revocations): (Handle, Revocations),
         experiments: &[StoredExperiment],
     ) -> Result<Self, DriverError> {
         let (board, receiver) = watch::channel(Board::default());
         let board = Arc::new(board);
-        let mut replications = Vec::new();
-        let mut place = 0;
+        let (mut subjects, mut replications) = (Vec::new(), Vec::new());
+        let mut index = 0;
         for stored in experiments {
             let toml = stored.experiment.to_toml();
             let number = handle.register(toml.clone()).await;
@@ -87,19 +91,18 @@ impl<S: Store> Driver<S> {
             board.send_modify(|board| board.add(stored, simulator.trial_count()));
             let study = Study { experiment: stored.experiment.clone(), toml, simulator, number };
             let study = Arc::new(study);
-            for replication in &stored.replications {
-                if !replication.finished {
-                    let (store, handle, board) = (Arc::clone(&store), handle.clone(), Arc::clone(&board));
-                    let standing = board::Place::new(board, place);
-                    replications.push(
-                        Replication::prepare(Arc::clone(&study), replication, store, handle, standing)
-                            .await?,
-                    );
+            for &StoredReplication { id, number, finished, .. } in &stored.replications {
+                if !finished {
+                    let place = board::Place::new(Arc::clone(&board), index);
+                    let (study, store, handle) = (Arc::clone(&study), Arc::clone(&store), handle.clone());
+                    let subject = Arc::new(Subject { study, id, number, store, handle, place });
+                    replications.push(Replication::prepare(Arc::clone(&subject)).await?);
+                    subjects.push(subject);
                 }
-                place += 1;
+                index += 1;
             }
         }
-        Ok(Self { replications, board: receiver })
+        Ok(Self { replications, subjects, handle, revocations, board: receiver })
     }
 
     /// Where the replications stand, now and from now on.
@@ -114,23 +117,28 @@ impl<S: Store> Driver<S> {
     /// # Errors
     /// [`DriverError`] of the first replication that cannot go on; the others are stopped.
     pub async fn run(self, shutdown: CancellationToken) -> Result<RunEnd, DriverError> {
-        let stop = shutdown.child_token();
-        let mut tasks = JoinSet::new();
-        for replication in self.replications {
-            tasks.spawn(replication.run(stop.clone()));
+        let Self { replications, subjects, handle, mut revocations, .. } = self;
+        let mut field = Field::new(subjects, shutdown);
+        for (index, replication) in replications.into_iter().enumerate() {
+            field.start(index, replication);
         }
-        let mut end = Ok(RunEnd::Finished);
-        while let Some(joined) = tasks.join_next().await {
-            let result = joined.unwrap_or_else(|error| Err(DriverError::Panicked(error.to_string())));
-            match (&end, result) {
-                (Ok(_), Err(error)) => {
-                    stop.cancel();
-                    end = Err(error);
-                }
-                (Ok(_), Ok(RunEnd::Interrupted)) => end = Ok(RunEnd::Interrupted),
-                (Err(_), _) | (Ok(_), Ok(RunEnd::Finished)) => {}
+        loop {
+            tokio::select! {
+                ended = field.next() => match ended {
+                    Some(ended) => field.conclude(ended).await?,
+                    None if field.interrupted() => return Ok(RunEnd::Interrupted),
+                    None => {
+                        // The last answers of every worker are looked into before the run counts as finished.
+                        handle.close_audits().await;
+                        let places = revocations.known();
+                        if places.is_empty() {
+                            return Ok(RunEnd::Finished);
+                        }
+                        field.revoke(places).await?;
+                    }
+                },
+                places = revocations.next() => field.revoke(places).await?,
             }
         }
-        end
     }
 }

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use selftalk_proto::UnitKey;
 use selftalk_sim::{Draw, Genotype, TrialOutcome};
 
+use super::audit::{Claim, Place};
+
 /// A connected worker; a worker that reconnects gets a new one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct PeerId(pub u64);
@@ -17,12 +19,26 @@ pub struct Work {
     pub key: UnitKey,
     /// The experiment, by a number that the service knows.
     pub experiment: u32,
+    /// The generation for which it is evaluated.
+    pub generation: u32,
     /// Object and target positions.
     pub draw: Draw,
     /// The genotype to be evaluated.
     pub genotype: Arc<Genotype>,
     /// The trials.
     pub trials: Range<u32>,
+}
+
+impl Work {
+    /// The generation to which its outcomes belong.
+    #[must_use]
+    pub fn place(&self) -> Place {
+        Place {
+            experiment: self.experiment,
+            replication: self.draw.replication,
+            generation: self.generation,
+        }
+    }
 }
 
 /// What can happen.
@@ -51,6 +67,17 @@ pub enum Event {
     Answered(PeerId, UnitKey, Vec<TrialOutcome>),
     /// A worker could not evaluate a unit.
     Failed(PeerId, UnitKey, String),
+    /// The master has evaluated an answer again.
+    Audited {
+        /// The process that had answered.
+        instance: u64,
+        /// The number of its claim.
+        serial: u64,
+        /// Whether the answer was right.
+        right: bool,
+    },
+    /// The run is about to end: whoever has answered since it was last found right is looked into.
+    Closing,
     /// Time has passed: milliseconds since some start.
     Tick(u64),
 }
@@ -66,6 +93,10 @@ pub enum Effect {
     Disconnect(PeerId, Cut),
     /// A unit has ended.
     Ended(UnitKey, Verdict),
+    /// Evaluate an answer again; [`Event::Audited`] tells what came of it.
+    Audit(Claim),
+    /// Take back these generations and all after them: what a worker contributed to them is in doubt.
+    Revoke(Vec<Place>),
 }
 
 /// Why the line to a worker is cut.
@@ -75,6 +106,8 @@ pub enum Cut {
     Silent,
     /// The same worker has connected again.
     Replaced,
+    /// An answer of its process was wrong.
+    Wrong,
 }
 
 /// How a unit ended.

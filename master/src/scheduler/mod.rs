@@ -4,12 +4,13 @@
 //! Units are given out in the order in which they were submitted, generation after generation. A replication has one
 //! generation under way, so each gets its turn, and while one is selected and stored the others keep the workers busy.
 //!
-//! A unit is open until the first answer, whoever gives it and however late: units are pure functions, so all answers
-//! are equal. The unit of a lost worker is given out again. As a unit may have been the cause, it is *suspect* from
+//! A unit is open until the first answer of a connected worker, whoever gives it and however late: units are pure
+//! functions, so all answers are equal. Whether they are is [looked into](audit). The unit of a lost worker is given out again. As a unit may have been the cause, it is *suspect* from
 //! then on: a worker never holds two suspects, so that a unit that kills workers cannot drag the same neighbours along
 //! again and again, and after [`Limits::losses`] workers it is set aside. A worker that comes back after a cut line
 //! was not killed, and clears the units it held.
 
+mod audit;
 mod deal;
 mod event;
 mod peer;
@@ -22,11 +23,13 @@ use std::sync::Arc;
 use selftalk_proto::UnitKey;
 use selftalk_sim::TrialOutcome;
 
+pub use audit::{Claim, Place};
 pub use event::{Cut, Effect, Event, PeerId, Verdict, Work};
+use audit::Ledger;
 use peer::Peer;
 
 /// The scheduler's settings. None of them can change a result.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
     /// Most units in a batch.
     pub batch: usize,
@@ -38,11 +41,23 @@ pub struct Limits {
     pub silence_ms: u64,
     /// Milliseconds after which a unit is given to a second worker if that has nothing else to do.
     pub straggler_ms: u64,
+    /// Share of answers that the master evaluates again, 0 to 1.
+    pub audit_share: f64,
+    /// Makes unforeseeable which.
+    pub audit_secret: u64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { batch: 4, batches_a_slot: 2, losses: 5, silence_ms: 10_000, straggler_ms: 3_000 }
+        Self {
+            batch: 4,
+            batches_a_slot: 2,
+            losses: 5,
+            silence_ms: 10_000,
+            straggler_ms: 3_000,
+            audit_share: 0.0,
+            audit_secret: 0,
+        }
     }
 }
 
@@ -87,6 +102,7 @@ pub struct Scheduler {
     suspects: VecDeque<UnitKey>,
     /// Units that wait, exactly.
     waiting: usize,
+    ledger: Ledger,
     effects: Vec<Effect>,
 }
 
@@ -94,7 +110,8 @@ impl Scheduler {
     /// A scheduler without units and workers.
     #[must_use]
     pub fn new(limits: Limits) -> Self {
-        Self { limits, ..Self::default() }
+        let ledger = Ledger::new(limits.audit_share, limits.audit_secret);
+        Self { limits, ledger, ..Self::default() }
     }
 
     /// Takes note of an event.
@@ -107,6 +124,12 @@ impl Scheduler {
             Event::Heard(peer) => self.heard(peer),
             Event::Answered(peer, key, outcomes) => self.answer(peer, key, outcomes),
             Event::Failed(peer, key, reason) => self.fail(peer, key, reason),
+            Event::Audited { instance, serial, right: true } => self.ledger.right(instance, serial),
+            Event::Audited { instance, right: false, .. } => self.expel(instance),
+            Event::Closing => {
+                let claims = self.ledger.settle_all();
+                self.effects.extend(claims.into_iter().map(Effect::Audit));
+            }
             Event::Tick(now_ms) => self.tick(now_ms),
         }
     }
@@ -123,6 +146,12 @@ impl Scheduler {
     #[must_use]
     pub fn open_units(&self) -> usize {
         self.open.len()
+    }
+
+    /// Answers that are being evaluated again.
+    #[must_use]
+    pub fn audits(&self) -> usize {
+        self.ledger.pending()
     }
 
     fn submit(&mut self, work: Arc<Work>) {
@@ -145,6 +174,10 @@ impl Scheduler {
     }
 
     fn join(&mut self, peer: PeerId, instance: u64, slots: u32, holds: Vec<UnitKey>) {
+        if self.ledger.is_expelled(instance) {
+            self.effects.push(Effect::Disconnect(peer, Cut::Wrong));
+            return;
+        }
         let earlier = self.peers.iter().find(|(_, other)| other.instance == instance).map(|(id, _)| *id);
         if let Some(earlier) = earlier {
             self.effects.push(Effect::Disconnect(earlier, Cut::Replaced));
@@ -176,6 +209,7 @@ impl Scheduler {
     /// Forgets a worker; `blame` when what it held may have killed it.
     fn remove(&mut self, peer: PeerId, blame: bool) {
         let Some(gone) = self.peers.remove(&peer) else { return };
+        self.effects.extend(self.ledger.settle(gone.instance).map(Effect::Audit));
         // Backwards, as each goes to the front of the queue.
         for key in gone.held().rev() {
             if let Some(unit) = self.open.get_mut(&key) {
@@ -188,6 +222,20 @@ impl Scheduler {
         }
     }
 
+    /// Sends a process away for good and takes back what it has contributed since it was last found right.
+    fn expel(&mut self, instance: u64) {
+        let peers: Vec<PeerId> =
+            self.peers.iter().filter(|(_, peer)| peer.instance == instance).map(|(id, _)| *id).collect();
+        let places = self.ledger.wrong(instance);
+        for peer in peers {
+            self.effects.push(Effect::Disconnect(peer, Cut::Wrong));
+            self.remove(peer, false);
+        }
+        if !places.is_empty() {
+            self.effects.push(Effect::Revoke(places));
+        }
+    }
+
     fn heard(&mut self, peer: PeerId) {
         if let Some(peer) = self.peers.get_mut(&peer) {
             peer.heard_ms = self.now_ms;
@@ -196,12 +244,16 @@ impl Scheduler {
 
     fn answer(&mut self, peer: PeerId, key: UnitKey, outcomes: Vec<TrialOutcome>) {
         self.heard(peer);
+        // Of one that is not connected any more it could not be told who it was. It says it again when it is back.
+        let Some(instance) = self.peers.get(&peer).map(|peer| peer.instance) else { return };
         let Some(unit) = self.open.get(&key) else { return };
         let expected = unit.work.trials.len();
         if outcomes.len() != expected {
             let reason = format!("{} outcomes for {expected} trials", outcomes.len());
             return self.fail(peer, key, reason);
         }
+        let claim = self.ledger.note(instance, &unit.work, &outcomes);
+        self.effects.extend(claim.map(Effect::Audit));
         self.end(key, Some(peer), Verdict::Evaluated { by: peer, outcomes });
     }
 

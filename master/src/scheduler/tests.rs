@@ -15,10 +15,11 @@ fn key(number: u16) -> UnitKey {
     UnitKey::from_bytes(bytes)
 }
 
-fn work(number: u16) -> Arc<Work> {
+pub(super) fn work(number: u16) -> Arc<Work> {
     Arc::new(Work {
         key: key(number),
         experiment: 0,
+        generation: 0,
         draw: Draw { replication: 0, generation: 0 },
         genotype: Arc::new(Genotype::new([number])),
         trials: 0..2,
@@ -47,6 +48,8 @@ enum Step {
     LateAnswer(u16),
     ShortAnswer(u8, u8),
     Fail(u8, u8),
+    /// The master has looked into an answer.
+    Audit(u8),
     Tick(u16),
 }
 
@@ -61,12 +64,12 @@ fn step() -> impl Strategy<Value = Step> {
         2 => any::<u16>().prop_map(Step::LateAnswer),
         1 => (any::<u8>(), any::<u8>()).prop_map(|(a, b)| Step::ShortAnswer(a, b)),
         2 => (any::<u8>(), any::<u8>()).prop_map(|(a, b)| Step::Fail(a, b)),
+        3 => any::<u8>().prop_map(Step::Audit),
         2 => (0_u16..5000).prop_map(Step::Tick),
     ]
 }
 
-/// The world around a scheduler, which notes what it is told and checks it.
-#[derive(Default)]
+/// The world around a scheduler, which notes what it is told and checks it. Every fourth worker's answers are wrong.
 struct World {
     scheduler: Scheduler,
     now_ms: u64,
@@ -76,6 +79,26 @@ struct World {
     cut: Vec<(u64, BTreeSet<UnitKey>)>,
     ever_leased: Vec<(PeerId, UnitKey)>,
     ended: BTreeMap<UnitKey, Verdict>,
+    audits: Vec<Claim>,
+    expelled: BTreeSet<u64>,
+}
+
+impl Default for World {
+    fn default() -> Self {
+        let limits = Limits { audit_share: 0.2, audit_secret: 5, ..Limits::default() };
+        Self {
+            scheduler: Scheduler::new(limits),
+            now_ms: 0,
+            next: 0,
+            next_unit: 0,
+            connected: BTreeMap::new(),
+            cut: Vec::new(),
+            ever_leased: Vec::new(),
+            ended: BTreeMap::new(),
+            audits: Vec::new(),
+            expelled: BTreeSet::new(),
+        }
+    }
 }
 
 impl World {
@@ -90,7 +113,8 @@ impl World {
         match effect {
             Effect::Lease(peer, units) => {
                 assert!(!units.is_empty() && units.len() <= 4);
-                let held = &mut self.connected.get_mut(&peer).expect("leased to nobody").1;
+                let (instance, held) = self.connected.get_mut(&peer).expect("leased to nobody");
+                assert!(!self.expelled.contains(instance), "leased to one that was found wrong");
                 for (work, attempt) in units {
                     assert!(attempt >= 1);
                     assert!(!self.ended.contains_key(&work.key), "an ended unit is given out");
@@ -108,6 +132,8 @@ impl World {
             Effect::Ended(key, verdict) => {
                 assert!(self.ended.insert(key, verdict).is_none(), "a unit ends twice");
             }
+            Effect::Audit(claim) => self.audits.push(claim),
+            Effect::Revoke(places) => assert!(!places.is_empty()),
         }
     }
 
@@ -116,6 +142,18 @@ impl World {
         self.next += 1;
         self.connected.insert(PeerId(peer), (instance, holds.clone()));
         self.tell(joined(peer, instance, slots, holds.into_iter().collect()));
+    }
+
+    fn audit(&mut self, choice: usize) {
+        if self.audits.is_empty() {
+            return;
+        }
+        let Claim { instance, serial, .. } = self.audits.swap_remove(choice % self.audits.len());
+        let right = instance % 4 != 3;
+        if !right {
+            self.expelled.insert(instance);
+        }
+        self.tell(Event::Audited { instance, serial, right });
     }
 
     fn peer(&self, choice: u8) -> Option<PeerId> {
@@ -177,6 +215,7 @@ impl World {
                     self.tell(Event::Failed(peer, key, "why".to_owned()));
                 }
             }
+            Step::Audit(choice) => self.audit(usize::from(choice)),
             Step::Tick(ms) => {
                 self.now_ms += u64::from(ms);
                 let alive: Vec<PeerId> = self.connected.keys().copied().collect();
@@ -206,13 +245,17 @@ impl World {
 
     /// Healthy workers join and do whatever they are given.
     fn finish(&mut self) {
-        self.join(u64::MAX, 3, BTreeSet::new());
+        self.join(1 << 40, 3, BTreeSet::new());
         for round in 0_u32.. {
             assert!(round < 100_000, "no end");
             let Some(peer) = self.connected.iter().find(|(_, (_, held))| !held.is_empty()) else { break };
             let (peer, key) = (*peer.0, *peer.1.1.iter().next().unwrap());
             self.connected.get_mut(&peer).unwrap().1.remove(&key);
             self.tell(answered(peer, key));
+        }
+        self.tell(Event::Closing);
+        while !self.audits.is_empty() {
+            self.audit(0);
         }
     }
 }
@@ -225,6 +268,7 @@ proptest! {
         world.finish();
         prop_assert_eq!(world.scheduler.open_units(), 0);
         prop_assert_eq!(world.scheduler.waiting, 0);
+        prop_assert_eq!(world.scheduler.audits(), 0);
         prop_assert_eq!(world.ended.len(), usize::from(world.next_unit));
     }
 }
@@ -272,7 +316,7 @@ fn a_unit_that_kills_workers_is_set_aside_and_its_neighbours_live() {
                 match effect {
                     Effect::Lease(_, units) => held.extend(units.iter().map(|(work, _)| work.key)),
                     Effect::Ended(key, verdict) => drop(verdicts.insert(key, verdict)),
-                    Effect::Cancel(..) | Effect::Disconnect(..) => {}
+                    Effect::Cancel(..) | Effect::Disconnect(..) | Effect::Audit(_) | Effect::Revoke(_) => {}
                 }
             }
             if held.contains(&key(3)) {
@@ -308,7 +352,7 @@ fn a_worker_that_comes_back_keeps_its_units_and_clears_them() {
 }
 
 #[test]
-fn a_silent_worker_is_replaced_and_its_late_answer_counts_once() {
+fn a_silent_worker_is_replaced_and_its_answer_counts_when_it_is_back() {
     let (mut scheduler, _) = scheduler(vec![joined(1, 1, 1, vec![]), Event::Submitted(vec![work(0)])]);
     scheduler.handle(Event::Tick(9_000));
     assert_eq!(scheduler.settle(), []);
@@ -318,11 +362,14 @@ fn a_silent_worker_is_replaced_and_its_late_answer_counts_once() {
     assert_eq!(effects[0], Effect::Disconnect(PeerId(1), Cut::Silent));
     assert_eq!(leases(&effects), [(2, vec![key(0)])]);
     scheduler.handle(answered(PeerId(1), key(0)));
+    assert_eq!(scheduler.settle(), [], "nobody knows whose answer it is");
+    scheduler.handle(joined(3, 1, 1, vec![]));
+    scheduler.handle(answered(PeerId(3), key(0)));
     scheduler.handle(answered(PeerId(2), key(0)));
     let effects = scheduler.settle();
     assert_eq!(effects.len(), 2);
     assert_eq!(effects[0], Effect::Cancel(PeerId(2), vec![key(0)]));
-    assert!(matches!(effects[1], Effect::Ended(_, Verdict::Evaluated { by: PeerId(1), .. })));
+    assert!(matches!(effects[1], Effect::Ended(_, Verdict::Evaluated { by: PeerId(3), .. })));
 }
 
 #[test]

@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use selftalk_proto::{FromMaster, UnitKey};
 use selftalk_sim::TrialOutcome;
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
 
-use crate::scheduler::{Event, PeerId, Work};
+use crate::scheduler::{Event, PeerId, Place, Work};
 use crate::store::WorkerId;
 
 /// How a submitted unit ended.
@@ -39,6 +39,25 @@ pub struct Crew {
     pub slots: u32,
 }
 
+/// Generations that are to be taken back, as a worker that has contributed to them was found to answer wrongly.
+#[derive(Debug)]
+pub struct Revocations(pub(super) mpsc::UnboundedReceiver<Vec<Place>>);
+
+impl Revocations {
+    /// The next ones: of each replication the first generation. Waits for ever if there are none.
+    pub async fn next(&mut self) -> Vec<Place> {
+        match self.0.recv().await {
+            Some(places) => places,
+            None => std::future::pending().await,
+        }
+    }
+
+    /// Those that are known now.
+    pub fn known(&mut self) -> Vec<Place> {
+        std::iter::from_fn(|| self.0.try_recv().ok()).flatten().collect()
+    }
+}
+
 /// What the hub is told.
 #[derive(Debug)]
 pub(super) enum Command {
@@ -46,6 +65,7 @@ pub(super) enum Command {
     Submit { works: Vec<Arc<Work>>, ends: mpsc::UnboundedSender<(UnitKey, UnitEnd)> },
     Joined { peer: PeerId, instance: u64, slots: u32, holds: Vec<UnitKey>, line: Line },
     Events(Vec<Event>),
+    Closing { closed: oneshot::Sender<()> },
     Farewell { finished: bool },
 }
 
@@ -54,6 +74,8 @@ pub(super) enum Command {
 pub(super) struct Line {
     pub(super) outgoing: mpsc::UnboundedSender<FromMaster>,
     pub(super) worker: WorkerId,
+    /// What it is called in the history: its machine and process.
+    pub(super) name: String,
     /// Cancelled to cut the connection.
     pub(super) cut: CancellationToken,
 }
@@ -80,6 +102,15 @@ impl Handle {
         let (ends, receiver) = mpsc::unbounded_channel();
         self.tell(Command::Submit { works, ends }).await;
         receiver
+    }
+
+    /// Waits until everyone who has answered has been looked into. What that comes to is among the [`Revocations`].
+    pub async fn close_audits(&self) {
+        let (closed, wait) = oneshot::channel();
+        self.tell(Command::Closing { closed }).await;
+        if wait.await.is_err() {
+            tracing::debug!("the hub is gone");
+        }
     }
 
     /// Tells the workers that the master ends; `finished` when it is not expected back.

@@ -1,15 +1,17 @@
 //! The task that owns the scheduler and carries out what it wants done.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::mpsc as blocking;
 use std::sync::Arc;
 use std::time::Duration;
 
-use selftalk_proto::{FromMaster, Unit, UnitKey};
-use tokio::sync::{mpsc, watch};
+use selftalk_proto::{FromMaster, RefusalReason, Unit, UnitKey};
+use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
-use super::handle::{Command, Crew, Handle, Line, UnitEnd};
-use crate::scheduler::{Effect, Event, Limits, PeerId, Scheduler, Verdict, Work};
+use super::auditor::{self, Audit};
+use super::handle::{Command, Crew, Handle, Line, Revocations, UnitEnd};
+use crate::scheduler::{Claim, Cut, Effect, Event, Limits, PeerId, Place, Scheduler, Verdict, Work};
 
 /// How often time is looked at; a small part of the limits that depend on it.
 const TICK: Duration = Duration::from_millis(250);
@@ -26,6 +28,12 @@ pub struct Hub {
     peers: BTreeMap<PeerId, Peer>,
     waiting: HashMap<UnitKey, Vec<Ends>>,
     crew: watch::Sender<Crew>,
+    audits: blocking::Sender<Audit>,
+    /// Experiments that the auditor has been sent.
+    audited: BTreeSet<u32>,
+    revoked: mpsc::UnboundedSender<Vec<Place>>,
+    /// Who waits for all audits to be over.
+    closing: Vec<oneshot::Sender<()>>,
     /// Set when the master ends.
     farewell: Option<FromMaster>,
 }
@@ -39,21 +47,28 @@ struct Peer {
 }
 
 impl Hub {
-    /// Starts the task and returns the way to it. Must be called within a Tokio runtime.
+    /// Starts the task and returns the way to it, and where it says what has to be taken back. Must be called within a
+    /// Tokio runtime.
     #[must_use]
-    pub fn start(limits: Limits) -> Handle {
+    pub fn start(limits: Limits) -> (Handle, Revocations) {
         let (commands, inbox) = mpsc::channel(1024);
         let (crew, receiver) = watch::channel(Crew::default());
+        let (revoked, revocations) = mpsc::unbounded_channel();
         let hub = Self {
             scheduler: Scheduler::new(limits),
             experiments: HashMap::new(),
             peers: BTreeMap::new(),
             waiting: HashMap::new(),
             crew,
+            audits: auditor::start(commands.downgrade()),
+            audited: BTreeSet::new(),
+            revoked,
+            closing: Vec::new(),
             farewell: None,
         };
         tokio::spawn(hub.run(inbox));
-        Handle { commands, crew: receiver, experiments: Arc::default(), peers: Arc::default() }
+        let handle = Handle { commands, crew: receiver, experiments: Arc::default(), peers: Arc::default() };
+        (handle, Revocations(revocations))
     }
 
     async fn run(mut self, mut inbox: mpsc::Receiver<Command>) {
@@ -76,6 +91,12 @@ impl Hub {
             }
             for effect in self.scheduler.settle() {
                 self.carry_out(effect);
+            }
+            if self.scheduler.audits() == 0 {
+                // Nobody waits any more when the run is being ended.
+                for closed in self.closing.drain(..) {
+                    let _ = closed.send(());
+                }
             }
         }
     }
@@ -101,6 +122,10 @@ impl Hub {
                 self.count();
             }
             Command::Events(events) => events.into_iter().for_each(|event| self.note(event)),
+            Command::Closing { closed } => {
+                self.closing.push(closed);
+                self.scheduler.handle(Event::Closing);
+            }
             Command::Farewell { finished } => {
                 let farewell = FromMaster::Farewell { finished };
                 // Dropping the lines ends the streams after the farewell.
@@ -129,14 +154,43 @@ impl Hub {
         match effect {
             Effect::Lease(peer, units) => self.lease(peer, &units),
             Effect::Cancel(peer, keys) => self.send(peer, FromMaster::Cancel(keys)),
-            Effect::Disconnect(id, why) => {
-                if let Some(peer) = self.peers.remove(&id) {
-                    tracing::info!(worker = peer.line.worker.0, ?why, "worker cut off");
-                    peer.line.cut.cancel();
-                    self.count();
-                }
-            }
+            Effect::Disconnect(id, why) => self.cut_off(id, why),
             Effect::Ended(key, verdict) => self.report(key, verdict),
+            Effect::Audit(claim) => self.audit(claim),
+            Effect::Revoke(places) => {
+                for Place { experiment, replication, generation } in &places {
+                    tracing::warn!(experiment, replication, generation, "taken back from this generation on");
+                }
+                // Nobody waits any more when the run is being ended.
+                let _ = self.revoked.send(places);
+            }
+        }
+    }
+
+    fn cut_off(&mut self, id: PeerId, why: Cut) {
+        let Some(peer) = self.peers.remove(&id) else { return };
+        let (worker, name) = (peer.line.worker.0, &peer.line.name);
+        match why {
+            Cut::Silent | Cut::Replaced => tracing::info!(worker, name, ?why, "worker cut off"),
+            Cut::Wrong => {
+                tracing::error!(worker, name, "a worker has given wrong results and is sent away for good");
+                let text = "an answer of this worker was not what the master computes: its machine may be faulty";
+                let refusal = FromMaster::Refusal { reason: RefusalReason::Wrong, text: text.to_owned() };
+                let _ = peer.line.outgoing.send(refusal);
+            }
+        }
+        peer.line.cut.cancel();
+        self.count();
+    }
+
+    fn audit(&mut self, claim: Claim) {
+        let experiment = claim.work.experiment;
+        let fresh = self.audited.insert(experiment);
+        let toml = self.experiments.get(&experiment).filter(|_| fresh).cloned();
+        let (instance, serial) = (claim.instance, claim.serial);
+        if self.audits.send(Audit { claim, toml }).is_err() {
+            // Its thread could not be started, which has been said.
+            self.scheduler.handle(Event::Audited { instance, serial, right: true });
         }
     }
 

@@ -2,6 +2,7 @@
 //!
 //! A [`Hub`] owns the scheduler; [`serve`] brings workers to it over gRPC, and a [`Handle`] brings it work.
 
+mod auditor;
 mod connection;
 mod handle;
 mod hub;
@@ -23,7 +24,7 @@ use tonic::transport::{Server, ServerTlsConfig};
 use crate::store::Store;
 use connection::Door;
 
-pub use handle::{Crew, Handle, UnitEnd};
+pub use handle::{Crew, Handle, Revocations, UnitEnd};
 pub use hub::Hub;
 
 /// A connection on which a ping is not answered for this long is cut.
@@ -42,6 +43,8 @@ pub struct Settings {
     pub token: Option<Token>,
     /// How connections are encrypted, if they are.
     pub tls: Option<ServerTlsConfig>,
+    /// Share of the workers' answers that the master evaluates again, 0 to 1.
+    pub audit: f64,
     /// Time between the heartbeats that workers are asked for.
     pub heartbeat: Duration,
 }
@@ -50,7 +53,7 @@ impl Settings {
     /// Receives workers whose simulator has this fingerprint (see [`selftalk_sim::fingerprint()`]).
     #[must_use]
     pub fn new(fingerprint: impl Into<String>) -> Self {
-        Self { fingerprint: fingerprint.into(), token: None, tls: None, heartbeat: Duration::from_secs(2) }
+        Self { fingerprint: fingerprint.into(), token: None, tls: None, audit: 0.0, heartbeat: Duration::from_secs(2) }
     }
 }
 

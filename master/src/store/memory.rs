@@ -78,6 +78,20 @@ impl State {
     }
 }
 
+impl State {
+    fn take_back(&mut self, id: ReplicationId, from: u32) {
+        let Some(records) = self.generations.get_mut(id.0 as usize) else { return };
+        records.truncate(from as usize);
+        let (left, last) = (records.len() as u32, records.last().and_then(GenerationRecord::summary));
+        if let Some(replication) = self.replication(id).filter(|replication| replication.generations > left) {
+            replication.generations = left;
+            replication.finished = false;
+            replication.last = last;
+            replication.first_optimal = replication.first_optimal.filter(|first| *first < left);
+        }
+    }
+}
+
 impl Store for MemoryStore {
     async fn create_experiment(
         &self,
@@ -126,6 +140,11 @@ impl Store for MemoryStore {
 
     async fn commit_generation(&self, commit: GenerationCommit<'_>) -> Result<(), StoreError> {
         self.state().commit(commit).map_err(|reason| StoreError::Commit { path: "memory".into(), reason })
+    }
+
+    async fn take_back(&self, replication: ReplicationId, from: u32) -> Result<(), StoreError> {
+        self.state().take_back(replication, from);
+        Ok(())
     }
 
     async fn worker_joined(&self, worker: &WorkerInfo) -> Result<WorkerId, StoreError> {

@@ -35,6 +35,8 @@ pub use sqlite::{Generations, SqliteStore};
 
 /// Where a master keeps its history. There is one writer at a time; calls may come from many tasks.
 ///
+/// A generation that was committed changes only by being [taken back](Store::take_back).
+///
 /// What a call that returned has written is durable. A call that failed has written nothing, one that was dropped
 /// everything or nothing.
 pub trait Store: Send + Sync + 'static {
@@ -82,6 +84,17 @@ pub trait Store: Send + Sync + 'static {
     fn commit_generation(
         &self,
         commit: GenerationCommit<'_>,
+    ) -> impl Future<Output = Result<(), StoreError>> + Send;
+
+    /// Takes back the generations of a replication from this one on, in one transaction: what was found to be wrong is
+    /// evaluated again. The replication goes on after the last that is left.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be written.
+    fn take_back(
+        &self,
+        replication: ReplicationId,
+        from: u32,
     ) -> impl Future<Output = Result<(), StoreError>> + Send;
 
     /// Notes that a worker has joined.

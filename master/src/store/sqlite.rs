@@ -174,6 +174,13 @@ impl Store for SqliteStore {
         self.commit(state).await
     }
 
+    async fn take_back(&self, replication: ReplicationId, from: u32) -> Result<(), StoreError> {
+        let mut state = self.begin().await?;
+        let taken = write::take_back(&mut state.connection, replication, from).await;
+        taken.map_err(|error| self.fail(&error))?;
+        self.commit(state).await
+    }
+
     async fn worker_joined(&self, worker: &WorkerInfo) -> Result<WorkerId, StoreError> {
         let mut state = self.begin().await?;
         let id = write::worker(&mut state.connection, worker).await.map_err(|error| self.fail(&error))?;

@@ -63,6 +63,30 @@ pub(super) async fn worker_left(connection: &mut SqliteConnection, worker: Worke
     Ok(())
 }
 
+/// Removes all rows of the generations from this one on. The caller holds a transaction.
+pub(super) async fn take_back(
+    connection: &mut SqliteConnection,
+    replication: ReplicationId,
+    from: u32,
+) -> Result {
+    // Rows go before those they refer to.
+    for statement in [
+        "DELETE FROM retest WHERE replication_id = ? AND generation >= ?",
+        "DELETE FROM genotype WHERE replication_id = ? AND generation >= ?",
+        "DELETE FROM individual WHERE replication_id = ? AND generation >= ?",
+        "DELETE FROM trial WHERE replication_id = ? AND generation >= ?",
+        "DELETE FROM evaluation WHERE replication_id = ? AND generation >= ?",
+        "DELETE FROM generation WHERE replication_id = ? AND number >= ?",
+    ] {
+        sqlx::query(statement).bind(replication.0).bind(from).execute(&mut *connection).await?;
+    }
+    sqlx::query("UPDATE replication SET finished_at = NULL WHERE id = ?")
+        .bind(replication.0)
+        .execute(connection)
+        .await?;
+    Ok(())
+}
+
 /// Writes all rows of a generation. The caller holds a transaction.
 pub(super) async fn generation(connection: &mut SqliteConnection, checked: &Checked<'_>) -> Result {
     summary(connection, checked).await?;

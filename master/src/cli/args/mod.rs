@@ -173,6 +173,10 @@ pub struct ServeArgs {
     /// Listen where other machines can come in without keys or token: only in a network that is trusted
     #[arg(long)]
     pub insecure: bool,
+    /// Share of the workers' results that are evaluated again here, 0 to 1: a worker that was wrong is sent away, and what
+    /// it has contributed since it was last right is evaluated again
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
+    pub audit: f64,
     /// Presets or experiment files; without any, everything unfinished in the database is continued
     #[arg(value_name = "PRESET|FILE.toml")]
     pub experiments: Vec<String>,
@@ -386,4 +390,9 @@ mod tests {
         assert_eq!(cli.global.db, PathBuf::from("a.db"));
         assert_eq!(cli.global.format, Format::Csv);
     }
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or_else(|| "expected a number between 0 and 1".to_owned())
 }

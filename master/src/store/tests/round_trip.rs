@@ -78,6 +78,38 @@ async fn both_stores_tell_the_same() {
     }
 }
 
+/// Takes generations of the first replication back, past a keyframe and past its end, and runs it again.
+async fn take_back_and_go_on(store: &impl Store, experiment: &Experiment) {
+    let before = run(store, experiment, 60).await;
+    let id = store.experiment("a").await.unwrap().unwrap().replications[0].id;
+    store.take_back(id, 60).await.unwrap();
+    assert!(store.experiment("a").await.unwrap().unwrap().replications[0].generations == 60);
+    store.take_back(id, 47).await.unwrap();
+    let stored = store.experiment("a").await.unwrap().unwrap();
+    let [taken, other] = &stored.replications[..] else { panic!("two replications") };
+    assert_eq!((taken.generations, taken.finished, taken.last), (47, false, before[0][46].summary()));
+    assert_eq!((other.generations, other.finished), (60, true));
+    for expected in &before[0][47..] {
+        let record = next(store, experiment, id, 0).await;
+        assert_eq!(record, *expected);
+        commit(store, id, &record, record.population.generation == 59).await.unwrap();
+    }
+    store.take_back(id, 0).await.unwrap();
+    assert_eq!(store.last_generation(id).await.unwrap(), None);
+    assert_eq!(next(store, experiment, id, 0).await, before[0][0]);
+}
+
+#[tokio::test]
+async fn what_is_taken_back_is_gone_and_the_replication_goes_on_before_it() {
+    let (_folder, store) = fresh().await;
+    let experiment = Experiment { generations: 60, ..experiment("a") };
+    take_back_and_go_on(&store, &experiment).await;
+    take_back_and_go_on(&MemoryStore::new(), &experiment).await;
+    let other = store.experiment("a").await.unwrap().unwrap().replications.remove(1);
+    let reader = store.generations(&other).read(59).await;
+    assert!(reader.is_ok(), "the other replication is untouched");
+}
+
 #[tokio::test]
 async fn optimal_individuals_and_the_summary_are_those_of_the_generation() {
     let (_folder, store) = fresh().await;

@@ -1,0 +1,64 @@
+//! The thread that evaluates answers of workers again.
+
+use std::collections::HashMap;
+use std::sync::mpsc as blocking;
+
+use selftalk_sim::{Experiment, Simulator, TrialOutcome};
+use tokio::sync::mpsc::WeakSender;
+
+use super::handle::Command;
+use crate::scheduler::{Claim, Event};
+
+/// An answer to be looked into, and the experiment's file where it is the first of that experiment.
+#[derive(Debug)]
+pub(super) struct Audit {
+    pub(super) claim: Claim,
+    pub(super) toml: Option<String>,
+}
+
+/// Starts the thread. It ends when the returned sender is dropped, and does not keep the hub alive.
+pub(super) fn start(hub: WeakSender<Command>) -> blocking::Sender<Audit> {
+    let (audits, inbox) = blocking::channel::<Audit>();
+    let work = move || {
+        let mut simulators = HashMap::new();
+        for Audit { claim, toml } in inbox {
+            let experiment = claim.work.experiment;
+            if let Some(toml) = toml {
+                simulators.insert(experiment, simulator(&toml));
+            }
+            let right = is_right(simulators.get(&experiment).and_then(Option::as_ref), &claim);
+            let event = Event::Audited { instance: claim.instance, serial: claim.serial, right };
+            let Some(hub) = hub.upgrade() else { return };
+            if hub.blocking_send(Command::Events(vec![event])).is_err() {
+                return;
+            }
+        }
+    };
+    if let Err(error) = std::thread::Builder::new().name("audit".to_owned()).spawn(work) {
+        tracing::warn!(%error, "no thread for audits: the workers' answers are not looked into");
+    }
+    audits
+}
+
+fn simulator(toml: &str) -> Option<Simulator> {
+    Simulator::new(&Experiment::from_toml("experiment", toml, &[]).ok()?).ok()
+}
+
+/// Whether an answer is what the simulator makes of it. What this master cannot evaluate is not held against a worker.
+fn is_right(simulator: Option<&Simulator>, claim: &Claim) -> bool {
+    let work = &claim.work;
+    let evaluated =
+        simulator.and_then(|simulator| simulator.evaluate(&work.genotype, work.draw, work.trials.clone()).ok());
+    evaluated.is_none_or(|expected| {
+        expected.len() == claim.outcomes.len()
+            && expected.iter().zip(&claim.outcomes).all(|(expected, answered)| equal(expected, answered))
+    })
+}
+
+/// To the last bit; scores that are no numbers are all the same, as on the wire.
+fn equal(a: &TrialOutcome, b: &TrialOutcome) -> bool {
+    let bits = |outcome: &TrialOutcome| {
+        if outcome.score.is_finite() { outcome.score.to_bits() } else { f64::NAN.to_bits() }
+    };
+    (bits(a), a.success, a.steps) == (bits(b), b.success, b.steps)
+}
