@@ -10,7 +10,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::driver::{Board, Driver, DriverError, RunEnd};
 use crate::scheduler::Limits;
-use crate::service::{Crew, Handle, Hub, ServiceError, Settings, serve};
+use crate::service::{Crew, Floor, Handle, Hub, ServiceError, Settings, serve};
 use crate::store::{Store, StoredExperiment};
 
 /// Why a master cannot go on.
@@ -70,6 +70,12 @@ impl<S: Store> Master<S> {
     #[must_use]
     pub fn crew(&self) -> watch::Receiver<Crew> {
         self.handle.crew()
+    }
+
+    /// What each worker is at, now and from now on.
+    #[must_use]
+    pub fn floor(&self) -> watch::Receiver<Floor> {
+        self.handle.floor()
     }
 
     /// Runs until all replications are finished or `shutdown` is cancelled, and takes leave of the workers.

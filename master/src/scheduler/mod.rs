@@ -61,6 +61,15 @@ impl Default for Limits {
     }
 }
 
+/// What a connected worker has in hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Load {
+    /// Units it holds.
+    pub units: usize,
+    /// Milliseconds since it was last heard, as exactly as ticks come.
+    pub silent_ms: u64,
+}
+
 /// A unit that has not ended.
 #[derive(Debug)]
 struct Open {
@@ -152,6 +161,19 @@ impl Scheduler {
     #[must_use]
     pub fn audits(&self) -> usize {
         self.ledger.pending()
+    }
+
+    /// Units that wait to be given out.
+    #[must_use]
+    pub fn waiting_units(&self) -> usize {
+        self.waiting
+    }
+
+    /// What a worker has in hand; none if it is not connected.
+    #[must_use]
+    pub fn load(&self, peer: PeerId) -> Option<Load> {
+        let peer = self.peers.get(&peer)?;
+        Some(Load { units: peer.held().count(), silent_ms: self.now_ms.saturating_sub(peer.heard_ms) })
     }
 
     fn submit(&mut self, work: Arc<Work>) {

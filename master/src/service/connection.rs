@@ -157,13 +157,14 @@ impl<S: Store> Reception<S> {
         let Hello { version, host, pid, slots, instance, holds, .. } = hello;
         // Workers of one process differ in their instance alone.
         let name = format!("{host}-{pid}-{:04x}", instance & 0xffff);
-        let info = WorkerInfo { name: name.clone(), host, process: pid, version, slots };
+        let (called, machine) = (Arc::from(name.as_str()), Arc::from(host.as_str()));
+        let info = WorkerInfo { name, host, process: pid, version, slots };
         let worker = self.store.worker_joined(&info).await?;
         let heartbeat_ms = u32::try_from(self.settings.heartbeat.as_millis()).unwrap_or(u32::MAX);
         let _ = outgoing.send(FromMaster::Welcome { worker: worker.0, heartbeat_ms });
         let peer = self.handle.next_peer();
         let cut = CancellationToken::new();
-        let line = Line { outgoing, worker, name, cut: cut.clone() };
+        let line = Line { outgoing, worker, name: called, host: machine, cut: cut.clone() };
         self.handle.tell(Command::Joined { peer, instance, slots, holds, line }).await;
         Ok((peer, worker, cut))
     }

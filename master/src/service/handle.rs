@@ -8,6 +8,7 @@ use selftalk_sim::TrialOutcome;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
 
+use super::floor::Floor;
 use crate::scheduler::{Event, PeerId, Place, Work};
 use crate::store::WorkerId;
 
@@ -75,7 +76,8 @@ pub(super) struct Line {
     pub(super) outgoing: mpsc::UnboundedSender<FromMaster>,
     pub(super) worker: WorkerId,
     /// What it is called in the history: its machine and process.
-    pub(super) name: String,
+    pub(super) name: Arc<str>,
+    pub(super) host: Arc<str>,
     /// Cancelled to cut the connection.
     pub(super) cut: CancellationToken,
 }
@@ -85,6 +87,7 @@ pub(super) struct Line {
 pub struct Handle {
     pub(super) commands: mpsc::Sender<Command>,
     pub(super) crew: watch::Receiver<Crew>,
+    pub(super) floor: watch::Receiver<Floor>,
     pub(super) experiments: Arc<AtomicU32>,
     pub(super) peers: Arc<AtomicU64>,
 }
@@ -122,6 +125,12 @@ impl Handle {
     #[must_use]
     pub fn crew(&self) -> watch::Receiver<Crew> {
         self.crew.clone()
+    }
+
+    /// What each worker is at, now and from now on, second by second.
+    #[must_use]
+    pub fn floor(&self) -> watch::Receiver<Floor> {
+        self.floor.clone()
     }
 
     pub(super) fn next_peer(&self) -> PeerId {

@@ -10,11 +10,14 @@ use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
 use super::auditor::{self, Audit};
+use super::floor::{Attendance, Floor, Tally};
 use super::handle::{Command, Crew, Handle, Line, Revocations, UnitEnd};
 use crate::scheduler::{Claim, Cut, Effect, Event, Limits, PeerId, Place, Scheduler, Verdict, Work};
 
 /// How often time is looked at; a small part of the limits that depend on it.
 const TICK: Duration = Duration::from_millis(250);
+/// How often it is counted what the workers have done.
+const COUNT: Duration = Duration::from_secs(1);
 /// Commands that are taken before the scheduler gives out work, so that a rush costs little.
 const AT_ONCE: usize = 256;
 
@@ -34,14 +37,24 @@ pub struct Hub {
     revoked: mpsc::UnboundedSender<Vec<Place>>,
     /// Who waits for all audits to be over.
     closing: Vec<oneshot::Sender<()>>,
+    floor: watch::Sender<Floor>,
+    /// What all workers have done, those that have left included.
+    done: Done,
     /// Set when the master ends.
     farewell: Option<FromMaster>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Done {
+    units: u64,
+    trials: u64,
 }
 
 #[derive(Debug)]
 struct Peer {
     line: Line,
     slots: u32,
+    tally: Tally,
     /// Experiments it has been sent.
     knows: BTreeSet<u32>,
 }
@@ -54,12 +67,15 @@ impl Hub {
         let (commands, inbox) = mpsc::channel(1024);
         let (crew, receiver) = watch::channel(Crew::default());
         let (revoked, revocations) = mpsc::unbounded_channel();
+        let (floor, seen) = watch::channel(Floor::default());
         let hub = Self {
             scheduler: Scheduler::new(limits),
             experiments: HashMap::new(),
             peers: BTreeMap::new(),
             waiting: HashMap::new(),
             crew,
+            floor,
+            done: Done::default(),
             audits: auditor::start(commands.downgrade()),
             audited: BTreeSet::new(),
             revoked,
@@ -67,12 +83,14 @@ impl Hub {
             farewell: None,
         };
         tokio::spawn(hub.run(inbox));
-        let handle = Handle { commands, crew: receiver, experiments: Arc::default(), peers: Arc::default() };
+        let (experiments, peers) = Default::default();
+        let handle = Handle { commands, crew: receiver, floor: seen, experiments, peers };
         (handle, Revocations(revocations))
     }
 
     async fn run(mut self, mut inbox: mpsc::Receiver<Command>) {
         let begin = Instant::now();
+        let mut counted = begin;
         let mut ticks = interval(TICK);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut commands = Vec::new();
@@ -87,6 +105,10 @@ impl Hub {
                 now = ticks.tick() => {
                     let passed = now.saturating_duration_since(begin).as_millis();
                     self.scheduler.handle(Event::Tick(u64::try_from(passed).unwrap_or(u64::MAX)));
+                    if now.saturating_duration_since(counted) >= COUNT {
+                        counted = now;
+                        self.look(now);
+                    }
                 }
             }
             for effect in self.scheduler.settle() {
@@ -117,7 +139,10 @@ impl Hub {
                     let _ = line.outgoing.send(farewell.clone());
                     return;
                 }
-                self.peers.insert(peer, Peer { line, slots, knows: BTreeSet::new() });
+                self.peers.insert(
+                    peer,
+                    Peer { line, slots, tally: Tally::new(Instant::now()), knows: BTreeSet::new() },
+                );
                 self.scheduler.handle(Event::Joined { peer, instance, slots, holds });
                 self.count();
             }
@@ -229,6 +254,11 @@ impl Hub {
     fn report(&mut self, key: UnitKey, verdict: Verdict) {
         let end = match verdict {
             Verdict::Evaluated { by, outcomes } => {
+                let trials = outcomes.len() as u64;
+                self.done = Done { units: self.done.units + 1, trials: self.done.trials + trials };
+                if let Some(peer) = self.peers.get_mut(&by) {
+                    peer.tally.add(trials);
+                }
                 UnitEnd::Evaluated { outcomes, worker: self.peers.get(&by).map(|peer| peer.line.worker) }
             }
             Verdict::SetAside { losses, reason } => {
@@ -240,6 +270,33 @@ impl Hub {
             // Nobody waits any more when the run is being ended.
             let _ = ends.send((key, end.clone()));
         }
+    }
+
+    /// Notes what the workers are at.
+    fn look(&mut self, now: Instant) {
+        let attend = |(id, peer): (&PeerId, &mut Peer)| {
+            peer.tally.sample(now);
+            let load = self.scheduler.load(*id);
+            Attendance {
+                worker: peer.line.worker,
+                name: Arc::clone(&peer.line.name),
+                host: Arc::clone(&peer.line.host),
+                slots: peer.slots,
+                units: load.map_or(0, |load| load.units),
+                trials: peer.tally.trials(),
+                trials_per_second: peer.tally.rate(),
+                silence: Duration::from_millis(load.map_or(0, |load| load.silent_ms)),
+            }
+        };
+        let workers = self.peers.iter_mut().map(attend).collect();
+        let waiting = self.scheduler.waiting_units();
+        self.floor.send_replace(Floor {
+            workers,
+            waiting,
+            leased: self.scheduler.open_units() - waiting,
+            units: self.done.units,
+            trials: self.done.trials,
+        });
     }
 
     fn count(&self) {

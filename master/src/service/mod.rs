@@ -4,6 +4,7 @@
 
 mod auditor;
 mod connection;
+mod floor;
 mod handle;
 mod hub;
 
@@ -24,6 +25,7 @@ use tonic::transport::{Server, ServerTlsConfig};
 use crate::store::Store;
 use connection::Door;
 
+pub use floor::{Attendance, Floor};
 pub use handle::{Crew, Handle, Revocations, UnitEnd};
 pub use hub::Hub;
 
