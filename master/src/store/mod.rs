@@ -3,6 +3,7 @@
 //! [`Store`] is what a master needs of it.
 
 mod commit;
+mod curves;
 mod digest;
 mod error;
 mod generations;
@@ -22,6 +23,7 @@ use std::future::Future;
 
 use selftalk_sim::Experiment;
 
+pub use curves::CurvePoint;
 pub use digest::{HistoryDigest, kept_bits};
 pub use error::StoreError;
 pub use listing::{GenerationEntry, IndividualEntry, WorkerEntry};
