@@ -1,6 +1,7 @@
 //! The master: holds the population, hands batches of evaluations to workers, and keeps every generation in SQLite.
 
 pub mod cli;
+pub mod dashboard;
 pub mod driver;
 pub mod evolution;
 pub mod exit;

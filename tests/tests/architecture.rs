@@ -183,18 +183,22 @@ fn a_module_of_the_simulator_knows_those_below_it_only() {
 fn a_module_of_the_master_knows_those_below_it_only() {
     let files = files();
     for (module, others) in [
-        ("statistics", "evolution scheduler store service driver master retest results exit cli"),
-        ("evolution", "scheduler store service driver master retest results exit cli"),
-        ("scheduler", "evolution store service driver master retest results exit cli"),
-        ("store", "scheduler service driver master retest results exit cli"),
-        ("retest", "scheduler service driver master results exit cli"),
-        ("replay", "evolution scheduler store service driver master retest results report exit cli"),
-        ("results", "scheduler service driver master exit cli report"),
-        ("report", "evolution scheduler store service driver master retest results exit cli"),
-        ("service", "evolution driver master retest results exit cli"),
-        ("driver", "master retest results exit cli"),
-        ("master", "retest results exit cli"),
-        ("exit", "scheduler service driver master retest results cli"),
+        ("statistics", "evolution scheduler store service driver master retest results dashboard exit cli"),
+        ("evolution", "scheduler store service driver master retest results dashboard exit cli"),
+        ("scheduler", "evolution store service driver master retest results dashboard exit cli"),
+        ("store", "scheduler service driver master retest results dashboard exit cli"),
+        ("retest", "scheduler service driver master results dashboard exit cli"),
+        (
+            "replay",
+            "evolution scheduler store service driver master retest results report dashboard exit cli",
+        ),
+        ("results", "scheduler service driver master dashboard exit cli report"),
+        ("report", "evolution scheduler store service driver master retest results dashboard exit cli"),
+        ("service", "evolution driver master retest results dashboard exit cli"),
+        ("driver", "master retest results dashboard exit cli"),
+        ("dashboard", "scheduler master results report statistics exit cli"),
+        ("master", "retest results dashboard exit cli"),
+        ("exit", "scheduler service driver master retest results dashboard cli"),
     ] {
         assert_below(&files, "master/src", module, &others.split(' ').collect::<Vec<_>>());
     }

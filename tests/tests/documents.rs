@@ -117,3 +117,15 @@ fn every_view_and_its_columns_are_documented() {
         }
     }
 }
+
+#[test]
+fn every_metric_is_documented() {
+    let document = read("docs/dashboard.md");
+    let source = read("master/src/dashboard/metrics.rs");
+    let is_name = |word: &&str| word.starts_with("selftalk_") && !word.contains([' ', '{']);
+    let names: Vec<&str> = source.split('"').filter(is_name).collect();
+    assert!(names.len() > 10, "{names:?}");
+    for name in names {
+        assert!(document.contains(&format!("`{name}`")), "{name}");
+    }
+}

@@ -12,8 +12,10 @@ use tonic::transport::ServerTlsConfig;
 
 use super::Global;
 use super::choose::{command, resume_command};
+use super::dashboard::Dashboard;
 use super::overall::Overall;
 use super::progress::Progress;
+use crate::dashboard::Live;
 use crate::driver::{DriverError, RunEnd};
 use crate::exit::{Exit, Failure};
 use crate::master::{Master, MasterError};
@@ -48,7 +50,8 @@ pub(super) fn watch_signals() -> Result<Signal, Failure> {
     selftalk_worker::signal::watch().map_err(fail)
 }
 
-/// Runs experiments to their ends and returns how they stand then. As part of a study it is shown how far that is.
+/// Runs experiments to their ends and returns how they stand then, and shows them meanwhile. As part of a study it is shown
+/// how far that is.
 ///
 /// # Errors
 /// [`Failure`] with the exit code of an interruption, or of what went wrong.
@@ -57,12 +60,17 @@ pub(super) async fn conduct(
     experiments: Vec<StoredExperiment>,
     workers: Workers,
     signal: &Signal,
+    dashboard: Option<&Dashboard>,
     overall: Option<Overall>,
     global: &Global,
 ) -> Result<Vec<StoredExperiment>, Failure> {
     let store = Arc::new(store);
     let remote = matches!(workers, Workers::Remote(..));
-    let result = run(Arc::clone(&store), &experiments, workers, signal, overall).await;
+    let shown = dashboard.map(|dashboard| (dashboard, global));
+    let result = run(Arc::clone(&store), &experiments, workers, signal, shown, overall).await;
+    if let Some(dashboard) = dashboard {
+        dashboard.clear().await;
+    }
     let mut ended = Vec::new();
     for stored in &experiments {
         ended.extend(store.experiment(&stored.experiment.name).await?);
@@ -81,6 +89,7 @@ async fn run(
     experiments: &[StoredExperiment],
     workers: Workers,
     signal: &Signal,
+    shown: Option<(&Dashboard, &Global)>,
     overall: Option<Overall>,
 ) -> Result<RunEnd, Failure> {
     let (remote, here) = match workers {
@@ -96,6 +105,10 @@ async fn run(
     let fingerprint = selftalk_sim::fingerprint()?;
     let settings = Settings { token, tls, audit, ..Settings::new(fingerprint.as_str()) };
     let master = Master::prepare(store, experiments, listener, settings).await.map_err(failure)?;
+    if let Some((dashboard, global)) = shown {
+        let live = Live { board: master.board(), floor: master.floor() };
+        dashboard.show(&global.db, &fingerprint, Some(live)).await;
+    }
     let progress = Progress::show(master.board(), master.crew(), overall);
     let shutdown = signal.token().child_token();
     let mut crew = Crew::hire(here, &format!("http://{address}"), &fingerprint, &shutdown);

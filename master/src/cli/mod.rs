@@ -7,6 +7,7 @@ mod behaviours;
 mod choose;
 pub mod compare;
 mod conduct;
+pub mod dashboard;
 pub mod digest;
 pub mod evaluate;
 pub mod history;
@@ -46,6 +47,7 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Run(args) => run::run(args, &global).await,
         Command::Serve(args) => serve::run(args, &global).await,
         Command::Resume(args) => resume::run(args, &global).await,
+        Command::Dashboard(args) => dashboard::run(args, &global).await,
         Command::History(args) => history::run(args, &global).await,
         Command::Show(args) => show::run(args, &global).await,
         Command::Replay(args) => replay::run(args, &global).await,

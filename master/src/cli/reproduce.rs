@@ -9,6 +9,7 @@ use super::args::ReproduceArgs;
 use super::battery::{generalise_replication, post_evaluate_replication};
 use super::choose::{continuable, find_or_create, read, unfinished};
 use super::conduct::{Workers, conduct, watch_signals};
+use super::dashboard::{self, Dashboard};
 use super::overall::Overall;
 use super::report::gathered;
 use super::{Global, results, select};
@@ -36,12 +37,13 @@ const GRID_TRIALS: f64 = 2.0 * 196.0;
 /// [`Failure`] with the exit code and the line to print.
 pub async fn run(args: ReproduceArgs, global: &Global) -> Result<(), Failure> {
     let signal = watch_signals()?;
+    let dashboard = dashboard::of_run(&args.shown).await?;
     let folder = args.dir.clone();
     std::fs::create_dir_all(&folder).map_err(|error| {
         Failure::new(Exit::Usage, format!("{}: cannot be created: {error}", folder.display()))
     })?;
     let global = Global { db: folder.join(DATABASE), ..global.clone() };
-    let study = Study { args, global, signal };
+    let study = Study { args, global, signal, dashboard };
     study.run().await.map_err(|failure| study.explained(failure))
 }
 
@@ -49,6 +51,7 @@ struct Study {
     args: ReproduceArgs,
     global: Global,
     signal: Signal,
+    dashboard: Option<Dashboard>,
 }
 
 impl Study {
@@ -132,13 +135,17 @@ impl Study {
         let names: Vec<&str> = running.iter().map(|stored| stored.experiment.name.as_str()).collect();
         eprintln!("{}: evolution of {}", overall.words(0.0), names.join(", "));
         let workers = Workers::Here(self.args.workers.unwrap_or_else(selftalk_worker::available_cores));
-        conduct(store, running, workers, &self.signal, Some(overall.clone()), &self.global).await?;
+        let (dashboard, overall) = (self.dashboard.as_ref(), Some(overall.clone()));
+        conduct(store, running, workers, &self.signal, dashboard, overall, &self.global).await?;
         Ok(())
     }
 
     /// Post-evaluation and generalisation, as far as they are missing.
     async fn test(&self, experiments: &[Experiment], overall: &mut Overall) -> Result<(), Failure> {
         let store = SqliteStore::open_writer(&self.global.db).await?;
+        if let Some(dashboard) = &self.dashboard {
+            dashboard.show(&self.global.db, &selftalk_sim::fingerprint()?, None).await;
+        }
         for experiment in experiments {
             let Some(stored) = store.experiment(&experiment.name).await? else { continue };
             for replication in &stored.replications {
@@ -156,6 +163,9 @@ impl Study {
                 post_evaluate_replication(&store, &stored, replication, self.args.workers, &go_on).await?;
                 generalise_replication(&store, &stored, replication, self.args.workers, &go_on).await?;
             }
+        }
+        if let Some(dashboard) = &self.dashboard {
+            dashboard.clear().await;
         }
         Ok(store.close().await?)
     }

@@ -4,7 +4,7 @@ use super::args::ResumeArgs;
 use super::choose::{continuable, open_existing, unfinished};
 use super::conduct::{Workers, conduct, watch_signals};
 use super::summary::{next_steps, print_summary};
-use super::{Global, select};
+use super::{Global, dashboard, select};
 use crate::exit::Failure;
 
 /// Carries out the command.
@@ -13,6 +13,7 @@ use crate::exit::Failure;
 /// [`Failure`] with the exit code and the line to print.
 pub async fn run(args: ResumeArgs, global: &Global) -> Result<(), Failure> {
     let signal = watch_signals()?;
+    let dashboard = dashboard::of_run(&args.shown).await?;
     let store = open_existing(global).await?;
     let mut experiments = select::experiments(&store, args.experiment.as_deref()).await?;
     if !experiments.iter().any(unfinished) {
@@ -23,7 +24,7 @@ pub async fn run(args: ResumeArgs, global: &Global) -> Result<(), Failure> {
     experiments.retain(unfinished);
     experiments.iter().try_for_each(continuable)?;
     let workers = Workers::Here(args.workers.unwrap_or_else(selftalk_worker::available_cores));
-    let ended = conduct(store, experiments, workers, &signal, None, global).await?;
+    let ended = conduct(store, experiments, workers, &signal, dashboard.as_ref(), None, global).await?;
     print_summary(&ended, global)?;
     next_steps(&ended, global);
     Ok(())

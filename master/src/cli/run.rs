@@ -5,6 +5,7 @@ use super::ancestors::adopt;
 use super::args::RunArgs;
 use super::choose::{continuable, find_or_create, read, resume_command, unfinished};
 use super::conduct::{Workers, conduct, watch_signals};
+use super::dashboard;
 use super::summary::{next_steps, print_summary};
 use crate::exit::{Exit, Failure};
 use crate::store::{SqliteStore, Store};
@@ -19,6 +20,7 @@ pub async fn run(args: RunArgs, global: &Global) -> Result<(), Failure> {
     let mut experiment = read(&args.experiment, &overrides)?;
     adopt(&mut experiment, args.ancestors.as_deref(), global).await?;
     let signal = watch_signals()?;
+    let dashboard = dashboard::of_run(&args.shown).await?;
     let store = SqliteStore::open_writer(&global.db).await?;
     let name = &experiment.name;
     let begun = store.experiment(name).await?.is_some();
@@ -39,7 +41,7 @@ pub async fn run(args: RunArgs, global: &Global) -> Result<(), Failure> {
         return Err(Failure::new(Exit::Exists, message));
     }
     let workers = Workers::Here(args.workers.unwrap_or_else(selftalk_worker::available_cores));
-    let ended = conduct(store, vec![stored], workers, &signal, None, global).await?;
+    let ended = conduct(store, vec![stored], workers, &signal, dashboard.as_ref(), None, global).await?;
     print_summary(&ended, global)?;
     next_steps(&ended, global);
     Ok(())

@@ -10,6 +10,7 @@ use super::ancestors::adopt;
 use super::args::ServeArgs;
 use super::choose::{continuable, find_or_create, open_existing, read, unfinished};
 use super::conduct::{Remote, Workers, conduct, listen, watch_signals};
+use super::dashboard;
 use super::summary::{next_steps, print_summary};
 use crate::exit::{Exit, Failure};
 use crate::store::{SqliteStore, Store, StoredExperiment};
@@ -27,6 +28,7 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
     let signal = watch_signals()?;
     // A taken port is found out before anything is written.
     let listener = listen(args.listen).await?;
+    let dashboard = dashboard::of_run(&args.shown).await?;
     let address = listener.local_addr().map_err(|error| Failure::new(Exit::Network, error))?;
     let (store, experiments) = if asked.is_empty() {
         let store = open_existing(global).await?;
@@ -53,7 +55,8 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
     let (scheme, keys) = if tls.is_some() { ("https", " --keys FOLDER") } else { ("http", "") };
     eprintln!("listening on {address}; workers join with `selftalk-worker --master {scheme}://{address}{keys}`");
     let remote = Remote { listener, token, tls, audit: args.audit };
-    let ended = conduct(store, running, Workers::Remote(remote), &signal, None, global).await?;
+    let workers = Workers::Remote(remote);
+    let ended = conduct(store, running, workers, &signal, dashboard.as_ref(), None, global).await?;
     print_summary(&ended, global)?;
     next_steps(&ended, global);
     Ok(())
@@ -77,7 +80,7 @@ fn admission(args: &ServeArgs) -> Result<(Option<Token>, Option<ServerTlsConfig>
         (None, Some(_)) => "join as workers, as no token is asked for",
         (None, None) => "join as workers and read along, as there are neither token nor keys",
     };
-    if !args.listen.ip().is_loopback() && !args.insecure {
+    if !args.listen.ip().is_loopback() && !args.shown.insecure {
         let message = format!(
             "--listen {}: other machines could {who}; `selftalk keys init` makes both, for --keys, or add --insecure \
              if the network is trusted",

@@ -6,11 +6,13 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 mod compare;
+mod dashboard;
 mod individuals;
 mod replay;
 mod reproduce;
 
 pub use compare::{CompareArgs, Measure};
+pub use dashboard::{DashboardArgs, DashboardAt, Shown};
 pub use individuals::{
     EvaluateArgs, Fresh, GeneraliseArgs, ReportArgs, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which,
 };
@@ -90,6 +92,8 @@ pub enum Command {
     Serve(ServeArgs),
     /// Go on with what was interrupted, on this machine
     Resume(ResumeArgs),
+    /// Show a database in a browser
+    Dashboard(DashboardArgs),
     /// Ask the database what happened
     History(HistoryArgs),
     /// Show individuals, their trials, and what went wrong in those that failed
@@ -146,6 +150,9 @@ pub struct RunArgs {
     /// results, or `none`
     #[arg(long, value_name = "EXPERIMENT|FOLDER")]
     pub ancestors: Option<String>,
+    /// Where the dashboard is.
+    #[command(flatten)]
+    pub shown: Shown,
 }
 
 /// Arguments of `selftalk serve`.
@@ -170,9 +177,6 @@ pub struct ServeArgs {
     /// there is one]
     #[arg(long, value_name = "FILE")]
     pub token_file: Option<PathBuf>,
-    /// Listen where other machines can come in without keys or token: only in a network that is trusted
-    #[arg(long)]
-    pub insecure: bool,
     /// Share of the workers' results that are evaluated again here, 0 to 1: a worker that was wrong is sent away, and what
     /// it has contributed since it was last right is evaluated again
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
@@ -184,6 +188,9 @@ pub struct ServeArgs {
     /// results, or `none`
     #[arg(long, value_name = "EXPERIMENT|FOLDER")]
     pub ancestors: Option<String>,
+    /// Where the dashboard is.
+    #[command(flatten)]
+    pub shown: Shown,
 }
 
 /// Arguments of `selftalk keys`.
@@ -236,6 +243,9 @@ pub struct ResumeArgs {
     /// Threads that run trials [default: one for every core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub workers: Option<u32>,
+    /// Where the dashboard is.
+    #[command(flatten)]
+    pub shown: Shown,
 }
 
 /// Arguments of `selftalk history`.

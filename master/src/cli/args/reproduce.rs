@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::Shown;
+
 /// Arguments of `selftalk reproduce`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -39,4 +41,7 @@ pub struct ReproduceArgs {
     /// Threads that run trials [default: one for every core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub workers: Option<u32>,
+    /// Where the dashboard is.
+    #[command(flatten)]
+    pub shown: Shown,
 }
