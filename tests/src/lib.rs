@@ -7,7 +7,10 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 mod binaries;
+#[cfg(unix)]
+mod browser;
 mod disk;
+mod http;
 mod outcome;
 mod place;
 mod process;
@@ -15,7 +18,10 @@ mod process;
 use std::time::{Duration, Instant};
 
 pub use binaries::{selftalk, worker};
+#[cfg(unix)]
+pub use browser::Browser;
 pub use disk::Disk;
+pub use http::Page;
 pub use outcome::Outcome;
 pub use place::{GOLDEN, Place, SMALL};
 pub use process::Running;

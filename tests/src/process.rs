@@ -80,6 +80,22 @@ impl Running {
         })
     }
 
+    /// The address a dashboard says it is at, as `HOST:PORT`.
+    ///
+    /// # Panics
+    /// If it ends without saying so.
+    #[must_use]
+    pub fn dashboard(&mut self) -> String {
+        wait_until("the dashboard listens", || {
+            let running = self.is_running();
+            let reported = self.reported();
+            let address =
+                reported.lines().find_map(|line| line.strip_prefix("dashboard: http://")?.split('/').next());
+            assert!(running || address.is_some(), "{reported}");
+            address.map(str::to_owned)
+        })
+    }
+
     /// The address a master says it listens on.
     ///
     /// # Panics
