@@ -102,7 +102,12 @@ fn nobody_else_can_read_the_keys() {
                 folders.push(path);
             } else {
                 files += 1;
-                assert_eq!(path.metadata().unwrap().permissions().mode() & 0o777, 0o600, "{}", path.display());
+                assert_eq!(
+                    path.metadata().unwrap().permissions().mode() & 0o777,
+                    0o600,
+                    "{}",
+                    path.display()
+                );
             }
         }
     }

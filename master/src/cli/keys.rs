@@ -27,7 +27,9 @@ pub fn run(args: &KeysArgs) -> Result<(), Failure> {
     let files = make(&args.hosts)?;
     write(&args.folder, &files)?;
     let folder = args.folder.display();
-    eprintln!("{folder}/master is for `selftalk serve --keys`, {folder}/worker for `selftalk-worker --keys`.");
+    eprintln!(
+        "{folder}/master is for `selftalk serve --keys`, {folder}/worker for `selftalk-worker --keys`."
+    );
     eprintln!("{folder}/authority signs further certificates and need not be on either's machine.");
     Ok(())
 }
@@ -108,7 +110,8 @@ fn token() -> Result<String, Failure> {
 /// Writes the files where nobody else can read them; all or none.
 fn write(folder: &Path, files: &[(&str, &str, String)]) -> Result<(), Failure> {
     let fail = |path: &Path, error: std::io::Error| {
-        let hint = if error.kind() == ErrorKind::AlreadyExists { "; choose a folder that does not" } else { "" };
+        let hint =
+            if error.kind() == ErrorKind::AlreadyExists { "; choose a folder that does not" } else { "" };
         Failure::new(Exit::Usage, format!("{}: {error}{hint}", path.display()))
     };
     private_folder(folder).map_err(|error| fail(folder, error))?;

@@ -53,7 +53,9 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
     }
     running.iter().try_for_each(continuable)?;
     let (scheme, keys) = if tls.is_some() { ("https", " --keys FOLDER") } else { ("http", "") };
-    eprintln!("listening on {address}; workers join with `selftalk-worker --master {scheme}://{address}{keys}`");
+    eprintln!(
+        "listening on {address}; workers join with `selftalk-worker --master {scheme}://{address}{keys}`"
+    );
     let remote = Remote { listener, token, tls, audit: args.audit };
     let workers = Workers::Remote(remote);
     let ended = conduct(store, running, workers, &signal, dashboard.as_ref(), None, global).await?;
@@ -70,7 +72,8 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
 fn admission(args: &ServeArgs) -> Result<(Option<Token>, Option<ServerTlsConfig>), Failure> {
     let usage = |error: &dyn Display| Failure::new(Exit::Usage, error);
     let variable = std::env::var(Token::VARIABLE).ok();
-    let token = Token::given(args.token_file.as_deref(), variable.as_deref()).map_err(|error| usage(&error))?;
+    let token =
+        Token::given(args.token_file.as_deref(), variable.as_deref()).map_err(|error| usage(&error))?;
     let keys = args.keys.as_deref().map(MasterKeys::read).transpose().map_err(|error| usage(&error))?;
     let (tls, among_keys) = keys.map_or((None, None), |keys| (Some(keys.tls), keys.token));
     let token = token.or(among_keys);

@@ -61,14 +61,7 @@ impl Round {
             let trials = 0..study.simulator.trial_count();
             let key = UnitKey::of(&study.toml, draw, &genotype, &trials);
             places.insert(key, place);
-            works.push(Arc::new(Work {
-                key,
-                experiment: study.number,
-                generation,
-                draw,
-                genotype,
-                trials,
-            }));
+            works.push(Arc::new(Work { key, experiment: study.number, generation, draw, genotype, trials }));
         }
         let ends = handle.submit(works).await;
         Self { population, distinct, places, ends, results, begun: Instant::now() }

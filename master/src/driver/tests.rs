@@ -362,17 +362,18 @@ async fn lie(site: &Site, instance: u64, enough: usize, wrong: impl Fn(usize) ->
         answered += 1;
         UnitResult { key: unit.key, answer: Answer::Outcomes(outcomes) }
     };
-    let heard = talk(site, FromWorker::Hello(Hello { instance, ..hello() }).into(), |message| match message {
-        FromMaster::Lease(units) => {
-            given += units.len();
-            let results = units.iter().cloned().map(&mut answer).collect();
-            let goodbye = (given >= enough).then_some(FromWorker::Goodbye);
-            Some([FromWorker::Results(results)].into_iter().chain(goodbye).collect())
-        }
-        FromMaster::Farewell { .. } | FromMaster::Refusal { .. } => None,
-        _ => Some(Vec::new()),
-    })
-    .await;
+    let heard =
+        talk(site, FromWorker::Hello(Hello { instance, ..hello() }).into(), |message| match message {
+            FromMaster::Lease(units) => {
+                given += units.len();
+                let results = units.iter().cloned().map(&mut answer).collect();
+                let goodbye = (given >= enough).then_some(FromWorker::Goodbye);
+                Some([FromWorker::Results(results)].into_iter().chain(goodbye).collect())
+            }
+            FromMaster::Farewell { .. } | FromMaster::Refusal { .. } => None,
+            _ => Some(Vec::new()),
+        })
+        .await;
     matches!(heard.last(), Some(FromMaster::Refusal { reason: RefusalReason::Wrong, .. }))
 }
 

@@ -33,11 +33,7 @@ impl Work {
     /// The generation to which its outcomes belong.
     #[must_use]
     pub fn place(&self) -> Place {
-        Place {
-            experiment: self.experiment,
-            replication: self.draw.replication,
-            generation: self.generation,
-        }
+        Place { experiment: self.experiment, replication: self.draw.replication, generation: self.generation }
     }
 }
 

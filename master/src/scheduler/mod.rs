@@ -23,9 +23,9 @@ use std::sync::Arc;
 use selftalk_proto::UnitKey;
 use selftalk_sim::TrialOutcome;
 
+use audit::Ledger;
 pub use audit::{Claim, Place};
 pub use event::{Cut, Effect, Event, PeerId, Verdict, Work};
-use audit::Ledger;
 use peer::Peer;
 
 /// The scheduler's settings. None of them can change a result.

@@ -47,8 +47,8 @@ fn simulator(toml: &str) -> Option<Simulator> {
 /// Whether an answer is what the simulator makes of it. What this master cannot evaluate is not held against a worker.
 fn is_right(simulator: Option<&Simulator>, claim: &Claim) -> bool {
     let work = &claim.work;
-    let evaluated =
-        simulator.and_then(|simulator| simulator.evaluate(&work.genotype, work.draw, work.trials.clone()).ok());
+    let evaluated = simulator
+        .and_then(|simulator| simulator.evaluate(&work.genotype, work.draw, work.trials.clone()).ok());
     evaluated.is_none_or(|expected| {
         expected.len() == claim.outcomes.len()
             && expected.iter().zip(&claim.outcomes).all(|(expected, answered)| equal(expected, answered))

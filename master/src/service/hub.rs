@@ -1,8 +1,8 @@
 //! The task that owns the scheduler and carries out what it wants done.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::sync::mpsc as blocking;
 use std::sync::Arc;
+use std::sync::mpsc as blocking;
 use std::time::Duration;
 
 use selftalk_proto::{FromMaster, RefusalReason, Unit, UnitKey};
@@ -194,12 +194,13 @@ impl Hub {
 
     fn cut_off(&mut self, id: PeerId, why: Cut) {
         let Some(peer) = self.peers.remove(&id) else { return };
-        let (worker, name) = (peer.line.worker.0, &peer.line.name);
+        let (worker, name) = (peer.line.worker.0, &*peer.line.name);
         match why {
             Cut::Silent | Cut::Replaced => tracing::info!(worker, name, ?why, "worker cut off"),
             Cut::Wrong => {
                 tracing::error!(worker, name, "a worker has given wrong results and is sent away for good");
-                let text = "an answer of this worker was not what the master computes: its machine may be faulty";
+                let text =
+                    "an answer of this worker was not what the master computes: its machine may be faulty";
                 let refusal = FromMaster::Refusal { reason: RefusalReason::Wrong, text: text.to_owned() };
                 let _ = peer.line.outgoing.send(refusal);
             }

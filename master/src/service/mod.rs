@@ -55,7 +55,13 @@ impl Settings {
     /// Receives workers whose simulator has this fingerprint (see [`selftalk_sim::fingerprint()`]).
     #[must_use]
     pub fn new(fingerprint: impl Into<String>) -> Self {
-        Self { fingerprint: fingerprint.into(), token: None, tls: None, audit: 0.0, heartbeat: Duration::from_secs(2) }
+        Self {
+            fingerprint: fingerprint.into(),
+            token: None,
+            tls: None,
+            audit: 0.0,
+            heartbeat: Duration::from_secs(2),
+        }
     }
 }
 

@@ -160,7 +160,7 @@ pub struct RunArgs {
 #[command(after_help = "\
 Examples:
   selftalk serve elementary                     new or interrupted; workers on this machine connect to port 7700
-  selftalk serve --listen 0.0.0.0:7700 --token-file token --insecure a.toml b.toml --db study.db
+  selftalk serve --listen 0.0.0.0:7700 --keys keys/master a.toml b.toml --db study.db
   selftalk serve                                go on with everything unfinished in the database
   selftalk-worker --master http://host:7700     start as many as you like, where you like
 
@@ -383,6 +383,11 @@ pub struct DigestArgs {
     pub experiment: Option<String>,
 }
 
+fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or_else(|| "expected a number between 0 and 1".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -400,9 +405,4 @@ mod tests {
         assert_eq!(cli.global.db, PathBuf::from("a.db"));
         assert_eq!(cli.global.format, Format::Csv);
     }
-}
-
-fn share(text: &str) -> Result<f64, String> {
-    let share = text.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
-    share.ok_or_else(|| "expected a number between 0 and 1".to_owned())
 }
