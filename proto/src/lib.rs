@@ -23,6 +23,9 @@ pub use keys::{KeysError, MasterKeys, WorkerKeys};
 pub use token::{Token, TokenError};
 pub use unit::{Unit, UnitKey};
 
+/// The .proto files, compiled: what a client without them needs to call a master.
+pub const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/descriptors.bin"));
+
 /// Version of the protocol; master and worker must have the same.
 pub const PROTOCOL: u32 = 1;
 

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use selftalk_proto::v1::evaluation_server::EvaluationServer;
-use selftalk_proto::{MESSAGE_LIMIT, Token};
+use selftalk_proto::{DESCRIPTORS, MESSAGE_LIMIT, Token};
 use thiserror::Error;
 use tokio::net::TcpListener;
 use tokio::time::timeout;
@@ -67,8 +67,14 @@ impl Settings {
 
 /// Why workers cannot be received any more.
 #[derive(Debug, Error)]
-#[error("the network service failed: {0}")]
-pub struct ServiceError(#[from] tonic::transport::Error);
+pub enum ServiceError {
+    /// The listener or its encryption failed.
+    #[error("the network service failed: {0}")]
+    Transport(#[from] tonic::transport::Error),
+    /// What describes the service to its clients is damaged.
+    #[error("the service's description is damaged: {0}")]
+    Description(#[from] tonic_reflection::server::Error),
+}
 
 /// Receives workers on `listener` until `shutdown` is cancelled. To be called after [`Handle::farewell`], so that the
 /// workers know what to expect.
@@ -88,6 +94,13 @@ pub async fn serve<S: Store>(
         server = server.tls_config(tls.clone().timeout(HANDSHAKE))?;
     }
     let door = Door::new(handle, store, settings);
+    // Anybody may ask whether there is a master and what it understands; neither says anything of its work.
+    let (health, health_service) = tonic_health::server::health_reporter();
+    health.set_serving::<EvaluationServer<Door<S>>>().await;
+    let reflection = tonic_reflection::server::Builder::configure()
+        .register_encoded_file_descriptor_set(DESCRIPTORS)
+        .register_encoded_file_descriptor_set(tonic_health::pb::FILE_DESCRIPTOR_SET)
+        .build_v1()?;
     let connections = door.connections();
     let service = EvaluationServer::new(door)
         .max_decoding_message_size(MESSAGE_LIMIT)
@@ -102,9 +115,12 @@ pub async fn serve<S: Store>(
         .http2_keepalive_interval(Some(KEEPALIVE))
         .http2_keepalive_timeout(Some(KEEPALIVE))
         .add_service(service)
+        .add_service(health_service)
+        .add_service(reflection)
         .serve_with_incoming_shutdown(incoming, shutdown.clone().cancelled_owned());
     let end = async {
         shutdown.cancelled().await;
+        health.set_not_serving::<EvaluationServer<Door<S>>>().await;
         connections.close();
         tokio::time::sleep(GRACE).await;
     };
