@@ -10,6 +10,7 @@ mod binaries;
 #[cfg(unix)]
 mod browser;
 mod disk;
+pub mod fuzz;
 mod http;
 mod outcome;
 mod place;
