@@ -5,6 +5,7 @@ pub mod dashboard;
 pub mod driver;
 pub mod evolution;
 pub mod exit;
+pub mod export;
 pub mod master;
 pub mod replay;
 pub mod report;

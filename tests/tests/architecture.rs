@@ -192,6 +192,10 @@ fn a_module_of_the_master_knows_those_below_it_only() {
             "replay",
             "evolution scheduler store service driver master retest results report dashboard exit cli",
         ),
+        (
+            "export",
+            "evolution scheduler store service driver master retest results report dashboard exit cli",
+        ),
         ("results", "scheduler service driver master dashboard exit cli report"),
         ("report", "evolution scheduler store service driver master retest results dashboard exit cli"),
         ("service", "evolution driver master retest results dashboard exit cli"),

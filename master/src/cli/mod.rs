@@ -10,6 +10,7 @@ mod conduct;
 pub mod dashboard;
 pub mod digest;
 pub mod evaluate;
+pub mod export;
 pub mod history;
 pub mod individuals;
 pub mod keys;
@@ -59,6 +60,7 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Results(args) => results::run(args, &global).await,
         Command::Report(args) => report::run(args, &global).await,
         Command::Reproduce(args) => reproduce::run(args, &global).await,
+        Command::Export(args) => export::run(args, &global).await,
         Command::Digest(args) => digest::run(args, &global).await,
         Command::Keys(args) => keys::run(&args),
     }

@@ -65,18 +65,10 @@ fn recordings(individual: &Individual, args: &ReplayArgs) -> Result<Vec<Recordin
         args.trial.is_none_or(|only| only == *trial)
             && args.behaviour.as_ref().is_none_or(|name| simulator.behaviour(*trial).name() == name)
     };
-    let mut recordings = Vec::new();
-    for trial in (0..trials).filter(meant) {
-        let case = Case::Drawn { draw: individual.draw(), trial };
-        let trace = simulator.trace(&individual.member.genotype, case)?;
-        let stored = individual.evaluated.outcomes.get(trial as usize);
-        if let Some(words) = stored.and_then(|stored| difference(stored, &trace.outcome)) {
-            return Err(differs(individual, trial, &words)?);
-        }
-        let name = individual.name.to_string();
-        let recording = Recording::new(name, trial, simulator.behaviour(trial), &trace);
-        recordings.push(recording.map_err(|error| Failure::new(Exit::Unexpected, error))?);
-    }
+    let recordings: Vec<Recording> = (0..trials)
+        .filter(meant)
+        .map(|trial| recording(&simulator, individual, trial))
+        .collect::<Result<_, _>>()?;
     if recordings.is_empty() {
         let names: Vec<&str> =
             simulator.behaviours().iter().map(|behaviour| Behaviour::name(*behaviour)).collect();
@@ -84,6 +76,23 @@ fn recordings(individual: &Individual, args: &ReplayArgs) -> Result<Vec<Recordin
         return Err(Failure::new(Exit::Usage, message));
     }
     Ok(recordings)
+}
+
+/// A trial, which has to come to what is stored.
+pub(super) fn recording(
+    simulator: &Simulator,
+    individual: &Individual,
+    trial: u32,
+) -> Result<Recording, Failure> {
+    let case = Case::Drawn { draw: individual.draw(), trial };
+    let trace = simulator.trace(&individual.member.genotype, case)?;
+    let stored = individual.evaluated.outcomes.get(trial as usize);
+    if let Some(words) = stored.and_then(|stored| difference(stored, &trace.outcome)) {
+        return Err(differs(individual, trial, &words)?);
+    }
+    let name = individual.name.to_string();
+    let recording = Recording::new(name, trial, simulator.behaviour(trial), &trace);
+    recording.map_err(|error| Failure::new(Exit::Unexpected, error))
 }
 
 /// Writes a file, or stdout for `-`.

@@ -12,9 +12,14 @@ pub(super) fn crew(workers: Option<u32>, done: &(dyn Fn() + Sync)) -> Crew<'_> {
 
 /// A bar on stderr for so many trials, if that is a terminal.
 pub(super) fn bar(trials: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{wide_bar} {human_pos}/{human_len} trials  {eta:>4}");
-    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::with_draw_target(Some(trials), ProgressDrawTarget::stderr()).with_style(style)
+    bar_of(trials, "trials")
+}
+
+/// A bar on stderr for so many things, if that is a terminal.
+pub(super) fn bar_of(count: u64, things: &str) -> ProgressBar {
+    let template = format!("{{wide_bar}} {{human_pos}}/{{human_len}} {things}  {{eta:>4}}");
+    let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::stderr()).with_style(style)
 }
 
 impl From<RetestError> for Failure {

@@ -1,5 +1,6 @@
 //! A stored trial, run again and taken away: as a page that plays it, as JSON, or as CSV.
 
+mod neurons;
 mod page;
 mod rows;
 
@@ -10,27 +11,12 @@ use selftalk_sim::robot::{JOINTS, Kinematics, Part, RobotError, RobotModel, join
 use selftalk_sim::{Behaviour, Frame, Trace, scene};
 use serde::Serialize;
 
+use neurons::MOTORS;
 pub use page::page;
-pub use rows::csv;
+pub use rows::{Kind, Signal, csv, names, values};
 
 /// Length of a control step, s.
 const STEP: f64 = 0.05;
-/// The motor neurons by name, in their order.
-const MOTORS: [&str; 13] = [
-    "focus",
-    "torso_yaw",
-    "torso_pitch",
-    "shoulder_pitch",
-    "shoulder_roll",
-    "shoulder_yaw",
-    "elbow",
-    "wrist_prosup",
-    "wrist_pitch",
-    "wrist_yaw",
-    "thumb_flexion",
-    "thumb_opposition",
-    "finger_flexion",
-];
 
 /// A trial as it went, with all that is needed to draw it. Lengths in metres in the robot's root frame: x backward, y to
 /// the robot's right, z up; angles in radians, times in seconds.

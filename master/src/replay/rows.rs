@@ -1,54 +1,108 @@
-//! A recording as CSV: a line a control step, a column a signal.
+//! A recording as rows: one a control step, a column a signal.
 
 use std::io;
 
-use super::Recording;
+use selftalk_sim::controller::{ADDED, INTERNAL};
+use selftalk_sim::physics::TOUCH_SENSOR_NAMES;
 
-/// Writes all signals of a recording, the start included; what there is not at the start is empty.
+use super::neurons::{MOTORS, SENSORS};
+use super::{Moment, Recording};
+
+/// What kind of values a signal has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Words.
+    Text,
+    /// Measured numbers.
+    Real,
+    /// Whether something is so.
+    Truth,
+}
+
+/// What a signal is at a moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Signal<'a> {
+    /// There is none.
+    None,
+    /// Words.
+    Text(&'a str),
+    /// A measured number.
+    Real(f64),
+    /// Whether something is so.
+    Truth(bool),
+}
+
+/// The signals of a robot with these joints whose goals ask for these quantities, in the order of [`values`].
+#[must_use]
+pub fn names(joints: &[String], quantities: &[&str]) -> Vec<(String, Kind)> {
+    let mut names = Vec::new();
+    let mut add = |kind: Kind, prefix: &str, of: &mut dyn Iterator<Item = String>| {
+        names.extend(of.map(|name| (format!("{prefix}{name}"), kind)));
+    };
+    let words = |words: &'static [&'static str]| words.iter().map(|word| (*word).to_owned());
+    let numbers = |count: usize| (0..count).map(|number| number.to_string());
+    let place = ["x", "y", "z", "qw", "qx", "qy", "qz"];
+    add(Kind::Real, "object_", &mut place.iter().map(|name| (*name).to_owned()));
+    add(Kind::Real, "angle_", &mut joints.iter().cloned());
+    add(Kind::Truth, "touch_", &mut words(&TOUCH_SENSOR_NAMES));
+    add(Kind::Text, "", &mut words(&["heard", "said"]));
+    add(Kind::Real, "", &mut words(&["reward"]));
+    add(Kind::Truth, "", &mut words(&["focused", "goal"]));
+    add(Kind::Real, "", &mut quantities.iter().map(|name| name.replace(' ', "_")));
+    add(Kind::Real, "motor_", &mut words(&MOTORS));
+    add(Kind::Real, "sensor_", &mut words(&SENSORS));
+    add(Kind::Real, "internal_", &mut numbers(INTERNAL));
+    add(Kind::Real, "added_", &mut numbers(ADDED));
+    names
+}
+
+/// What the signals are at a moment; none for quantities that its goal does not ask for, and for what there is not at the
+/// start.
+#[must_use]
+pub fn values<'a>(moment: &'a Moment, quantities: &[&str]) -> Vec<Signal<'a>> {
+    let numbers = moment.object.iter().chain(&moment.orientation).chain(&moment.angles);
+    let mut values: Vec<Signal<'_>> = numbers.map(|number| Signal::Real(*number)).collect();
+    values.extend(moment.touch.map(Signal::Truth));
+    if let Some(step) = &moment.step {
+        values.extend([step.heard, step.said].map(|label| label.map_or(Signal::None, Signal::Text)));
+        values.push(Signal::Real(step.reward));
+        values.extend([step.focused, step.goal].map(Signal::Truth));
+        let condition = |name: &&str| {
+            let found = step.conditions.iter().find(|(quantity, _)| quantity == name);
+            found.map_or(Signal::None, |(_, value)| Signal::Real(*value))
+        };
+        values.extend(quantities.iter().map(condition));
+        let neurons = step.motors.iter().chain(&step.sensors).chain(&step.internal).chain(&step.added);
+        values.extend(neurons.map(|activity| Signal::Real(*activity)));
+    } else {
+        let missing = 5 + quantities.len() + MOTORS.len() + SENSORS.len() + INTERNAL + ADDED;
+        values.extend(std::iter::repeat_n(Signal::None, missing));
+    }
+    values
+}
+
+/// Writes all signals of a recording as CSV, the start included.
 ///
 /// # Errors
 /// Those of writing.
 pub fn csv(recording: &Recording, to: impl io::Write) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(to);
-    writer.write_record(header(recording))?;
+    let steps = recording.moments.iter().find_map(|moment| moment.step.as_ref());
+    let quantities: Vec<&str> =
+        steps.map_or(&[][..], |step| &step.conditions).iter().map(|(name, _)| *name).collect();
+    let names = names(&recording.joints, &quantities);
+    writer.write_record(std::iter::once("time").chain(names.iter().map(|(name, _)| name.as_str())))?;
     for moment in &recording.moments {
-        let mut row = vec![moment.time.to_string()];
-        let numbers = moment.object.iter().chain(&moment.orientation).chain(&moment.angles);
-        row.extend(numbers.map(f64::to_string));
-        row.extend(moment.touch.iter().map(|touch| u8::from(*touch).to_string()));
-        if let Some(step) = &moment.step {
-            row.extend([step.heard, step.said].map(|label| label.unwrap_or_default().to_owned()));
-            row.push(step.reward.to_string());
-            row.extend([step.focused, step.goal].map(|truth| u8::from(truth).to_string()));
-            row.extend(step.conditions.iter().map(|(_, value)| value.to_string()));
-            let neurons = step.motors.iter().chain(&step.sensors).chain(&step.internal).chain(&step.added);
-            row.extend(neurons.map(f64::to_string));
-        } else {
-            row.resize(header(recording).len(), String::new());
-        }
-        writer.write_record(row)?;
+        let values = values(moment, &quantities);
+        let words = values.iter().map(|value| match value {
+            Signal::None => String::new(),
+            Signal::Text(words) => (*words).to_owned(),
+            Signal::Real(number) => number.to_string(),
+            Signal::Truth(truth) => u8::from(*truth).to_string(),
+        });
+        writer.write_record(std::iter::once(moment.time.to_string()).chain(words))?;
     }
     writer.flush()
-}
-
-fn header(recording: &Recording) -> Vec<String> {
-    let names =
-        ["time", "object_x", "object_y", "object_z", "object_qw", "object_qx", "object_qy", "object_qz"];
-    let mut header: Vec<String> = names.map(str::to_owned).to_vec();
-    header.extend(recording.joints.iter().map(|joint| format!("angle_{joint}")));
-    header.extend(recording.sensors.map(|sensor| format!("touch_{sensor}")));
-    header.extend(["heard", "said", "reward", "focused", "goal"].map(str::to_owned));
-    let steps = recording.moments.iter().filter_map(|moment| moment.step.as_ref());
-    if let Some(step) = steps.into_iter().next() {
-        header.extend(step.conditions.iter().map(|(name, _)| name.replace(' ', "_")));
-        header.extend(recording.motors.iter().map(|motor| format!("motor_{motor}")));
-        let neurons =
-            [("sensor", step.sensors.len()), ("internal", step.internal.len()), ("added", step.added.len())];
-        header.extend(
-            neurons.iter().flat_map(|(name, count)| (0..*count).map(move |at| format!("{name}_{at}"))),
-        );
-    }
-    header
 }
 
 #[cfg(test)]
@@ -69,7 +123,22 @@ mod tests {
         let column = |name: &str| header.iter().position(|other| other == name).unwrap();
         assert_eq!(&rows[0][column("heard")], "");
         assert_eq!(&rows[1][column("heard")], "grasp");
+        assert_eq!(&rows[1][column("sensor_label_grasp")], "1");
         let elbow: f64 = rows[2][column("angle_l_elbow")].parse().unwrap();
         assert_eq!(elbow, recording.moments[2].angles[5]);
+    }
+
+    #[test]
+    fn what_a_goal_does_not_ask_for_is_none() {
+        let recording = recording(&["reach.steps=3"], 0);
+        let quantities = ["touches", "palm to top"];
+        let names = names(&recording.joints, &quantities);
+        for moment in &recording.moments {
+            let values = values(moment, &quantities);
+            assert_eq!(values.len(), names.len());
+            let of = |name: &str| values[names.iter().position(|(other, _)| other == name).unwrap()];
+            assert_eq!(of("touches"), Signal::None);
+            assert_eq!(matches!(of("palm_to_top"), Signal::Real(_)), moment.step.is_some());
+        }
     }
 }

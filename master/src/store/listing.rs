@@ -71,6 +71,21 @@ impl TryFrom<Bits> for Vec<u32> {
     }
 }
 
+/// A trial of a distinct genotype.
+#[derive(Debug, Clone, PartialEq, FromRow)]
+pub struct TrialEntry {
+    /// The first individual of the generation with the genotype.
+    pub individual: u32,
+    /// Trial, counted from 0.
+    pub trial: u32,
+    /// Its score, unless that was not a finite number.
+    pub score: Option<f64>,
+    /// Whether the goal was reached and held.
+    pub success: bool,
+    /// Control steps it lasted.
+    pub steps: u32,
+}
+
 /// A worker's connection.
 #[derive(Debug, Clone, PartialEq, Eq, FromRow)]
 pub struct WorkerEntry {
@@ -175,6 +190,24 @@ impl SqliteStore {
         } else {
             "SELECT * FROM individual_summary WHERE replication_id = ? AND generation = ? ORDER BY rank"
         });
+        let mut state = self.state().await;
+        let rows = query.bind(replication.0).bind(generation).fetch_all(&mut state.connection).await;
+        rows.map_err(|error| self.fail(&error))
+    }
+
+    /// The trials of a generation's distinct genotypes, in order.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read.
+    pub async fn list_trials(
+        &self,
+        replication: ReplicationId,
+        generation: u32,
+    ) -> Result<Vec<TrialEntry>, StoreError> {
+        let query = sqlx::query_as(
+            "SELECT individual, trial, score, success, steps FROM trial \
+             WHERE replication_id = ? AND generation = ? ORDER BY individual, trial",
+        );
         let mut state = self.state().await;
         let rows = query.bind(replication.0).bind(generation).fetch_all(&mut state.connection).await;
         rows.map_err(|error| self.fail(&error))

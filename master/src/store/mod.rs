@@ -26,7 +26,7 @@ use selftalk_sim::Experiment;
 pub use curves::CurvePoint;
 pub use digest::{HistoryDigest, kept_bits};
 pub use error::StoreError;
-pub use listing::{GenerationEntry, IndividualEntry, WorkerEntry};
+pub use listing::{GenerationEntry, IndividualEntry, TrialEntry, WorkerEntry};
 pub use memory::MemoryStore;
 pub use model::{
     Evaluated, ExperimentId, GenerationCommit, GenerationRecord, GenerationSummary, ReplicationId,

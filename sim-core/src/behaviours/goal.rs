@@ -18,6 +18,16 @@ pub enum Quantity {
 }
 
 impl Quantity {
+    /// All quantities.
+    pub const ALL: [Self; 6] = [
+        Self::PalmToTop,
+        Self::Extension,
+        Self::Alignment,
+        Self::GripToObject,
+        Self::Touches,
+        Self::ObjectToTarget,
+    ];
+
     /// Lower-case name.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -7,12 +7,14 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 mod compare;
 mod dashboard;
+mod export;
 mod individuals;
 mod replay;
 mod reproduce;
 
 pub use compare::{CompareArgs, Measure};
 pub use dashboard::{DashboardArgs, DashboardAt, Shown};
+pub use export::{ExportArgs, ExportTable, ExportType};
 pub use individuals::{
     EvaluateArgs, Fresh, GeneraliseArgs, ReportArgs, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which,
 };
@@ -116,6 +118,8 @@ pub enum Command {
     Report(ReportArgs),
     /// Run the paper's whole study, or go on with it
     Reproduce(ReproduceArgs),
+    /// Write the history as tables for other programs: CSV or Parquet
+    Export(ExportArgs),
     /// Print a checksum of each replication's history
     Digest(DigestArgs),
     /// Make what a master and its workers prove to each other who they are with
