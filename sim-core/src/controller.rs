@@ -2,8 +2,12 @@
 //! from layer to layer; in the second phase four more leaky integrators, connected with the 15 both ways and among
 //! themselves, which also feel whether MOVE-TO-TARGET is asked for.
 
+mod weights;
+
 use crate::experiment::{self, Added, Experiment};
 use crate::genotype::{Genotype, GenotypeError};
+
+pub use weights::{Neuron, Parameter, Role};
 
 /// Sensory neurons.
 pub const SENSORS: usize = 25;

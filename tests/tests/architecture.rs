@@ -190,7 +190,15 @@ fn a_module_of_the_master_knows_those_below_it_only() {
         ("retest", "scheduler service driver master results dashboard exit cli"),
         (
             "replay",
-            "evolution scheduler store service driver master retest results report dashboard exit cli",
+            "evolution scheduler store service driver master retest results report export dashboard exit cli",
+        ),
+        (
+            "picture",
+            "evolution scheduler store service driver master retest results replay report export dashboard exit cli",
+        ),
+        (
+            "weights",
+            "evolution scheduler store service driver master retest results report export dashboard exit cli",
         ),
         (
             "export",
@@ -200,7 +208,7 @@ fn a_module_of_the_master_knows_those_below_it_only() {
         ("report", "evolution scheduler store service driver master retest results dashboard exit cli"),
         ("service", "evolution driver master retest results dashboard exit cli"),
         ("driver", "master retest results dashboard exit cli"),
-        ("dashboard", "scheduler master results report statistics exit cli"),
+        ("dashboard", "scheduler master results report statistics export weights exit cli"),
         ("master", "retest results dashboard exit cli"),
         ("exit", "scheduler service driver master retest results dashboard cli"),
     ] {

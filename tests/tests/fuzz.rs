@@ -5,9 +5,9 @@
 
 use std::sync::Arc;
 
-use prost::Message;
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
+use prost::Message;
 use selftalk_proto::{Answer, FromMaster, FromWorker, Hello, PROTOCOL, Unit, UnitKey, UnitResult, v1};
 use selftalk_sim::experiment::PRESETS;
 use selftalk_sim::{Draw, Experiment, Genotype, TrialOutcome};

@@ -3,6 +3,8 @@
 // Helpers of tests are test code as well, though the compiler cannot know it.
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
+use std::process::Command;
+
 use selftalk_tests::Place;
 use serde_json::Value;
 
@@ -30,6 +32,78 @@ fn a_stored_trial_is_taken_away_with_all_its_signals() {
     let page = String::from_utf8(place.read("grasp.html")).unwrap();
     assert_eq!(page.matches("\"behaviour\":\"grasp\"").count(), 4);
     assert!(page.contains(&name));
+}
+
+/// What the official reader of MCAP has to say of a file: messages a topic, and how often the goal was reached.
+const READER: &str = "
+import sys
+from collections import Counter
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+with open(sys.argv[1], 'rb') as file:
+    reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+    counts, goals, last, spheres = Counter(), 0, 0, 0
+    for schema, channel, message, decoded in reader.iter_decoded_messages():
+        assert message.log_time >= last, 'in order of time'
+        last = message.log_time
+        counts[channel.topic] += 1
+        if schema.name == 'selftalk.Signals':
+            goals += decoded.goal
+            assert -3.2 < decoded.angle_l_elbow < 3.2 and (decoded.step == 0 or decoded.HasField('reward'))
+        if schema.name == 'foxglove.SceneUpdate':
+            spheres += sum(len(entity.spheres) for entity in decoded.entities)
+    metadata = sorted(record.name for record in reader.iter_metadata())
+    print(counts['/scene'], counts['/tf'], counts['/points'], counts['/signals'], goals, spheres > 0, *metadata, sep=',')
+";
+
+/// Python with the official reader, if there is one: that of SELFTALK_PYTHON, or of the system.
+fn python() -> Option<std::ffi::OsString> {
+    let python = std::env::var_os("SELFTALK_PYTHON").unwrap_or_else(|| "python3".into());
+    let found = Command::new(&python).args(["-c", "import mcap.reader, mcap_protobuf.decoder"]).output();
+    if found.is_ok_and(|output| output.status.success()) {
+        return Some(python);
+    }
+    eprintln!("skipped: no Python with mcap and mcap-protobuf-support; SELFTALK_PYTHON may name one");
+    None
+}
+
+#[test]
+fn the_official_reader_reads_an_mcap_file() {
+    let Some(python) = python() else { return };
+    let place = Place::with_history(2);
+    place.run("replay best --replication 0 --behaviour grasp --mcap grasp.mcap").done();
+    let text = place.run("replay best --replication 0 --behaviour grasp --json -").done().stdout;
+    let recordings: Vec<Value> = serde_json::from_str(&text).unwrap();
+    let moments = || recordings.iter().flat_map(|recording| recording["moments"].as_array().unwrap());
+    let goals = moments().filter(|moment| moment["step"]["goal"] == true).count();
+    let output = Command::new(python).args(["-c", READER]).arg(place.path("grasp.mcap")).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let count = moments().count();
+    let expected = format!("{count},{count},{count},{count},{goals},True,trial 10,trial 11,trial 8,trial 9");
+    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), expected);
+}
+
+#[test]
+fn key_moments_and_weights_are_drawn() {
+    let place = Place::with_history(2);
+    place.run("replay best --trial 9 --strip grasp.png").done();
+    place.run("replay best --trial 9 --strip grasp.svg").done();
+    place.run("show best --replication 0 --weights --image weights.png").done();
+    for name in ["grasp.png", "weights.png"] {
+        assert!(place.read(name).starts_with(b"\x89PNG"), "{name}");
+    }
+    let svg = String::from_utf8(place.read("grasp.svg")).unwrap();
+    assert!(svg.contains("trial 9: grasp") && svg.contains("hears grasp"), "{svg}");
+    let weights = place.ask("show best --replication 0 --weights");
+    assert_eq!(weights.len(), 15 * (25 + 2) + 13 * (15 + 1));
+    for (words, expected) in [
+        ("replay best --trial 9 --strip grasp.jpg", "ends with .png or .svg"),
+        ("replay best --strip grasp.png", "choose it with --trial, 0 to 15"),
+        ("show best --weights --image weights.png", "--image draws one individual and these are 2"),
+    ] {
+        let message = place.run(words).refused(2);
+        assert!(message.contains(expected), "{words}: {message}");
+    }
 }
 
 #[test]

@@ -37,7 +37,7 @@ pub async fn run(args: ExportArgs, global: &Global) -> Result<(), Failure> {
     let folder = Folder::prepare(&args.out, to, &topics, args.force)?;
     let mut written = Vec::new();
     for &topic in &topics {
-        let bar = bar_of(steps(topic, &experiments, &individuals), topic.name());
+        let bar = bar_of(steps(topic, &experiments, &individuals), unit(topic));
         let mut sheet = folder.begin(topic)?;
         if topic == Topic::Signals {
             write_signals(&mut sheet, &individuals, &bar)?;
@@ -100,7 +100,10 @@ async fn individuals(
         }
     }
     if found.is_empty() {
-        return Err(Failure::new(Exit::Usage, "there are no individuals yet whose signals could be written"));
+        return Err(Failure::new(
+            Exit::Usage,
+            "there are no individuals yet whose signals could be written; leave out `signals`",
+        ));
     }
     warn_foreign(&found)?;
     Ok(found)
@@ -113,6 +116,16 @@ fn steps(topic: Topic, experiments: &[StoredExperiment], individuals: &[Individu
     }
     let replications = experiments.iter().flat_map(|stored| &stored.replications);
     replications.map(|replication| u64::from(replication.generations)).sum()
+}
+
+/// What that is called.
+const fn unit(topic: Topic) -> &'static str {
+    match topic {
+        Topic::Generations => "generations",
+        Topic::Individuals => "generations of individuals",
+        Topic::Trials => "generations of trials",
+        Topic::Signals => "trials of signals",
+    }
 }
 
 /// Writes a replication's rows, generation by generation, so that no more than one is in memory. Those that a master

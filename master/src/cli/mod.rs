@@ -16,6 +16,7 @@ pub mod individuals;
 pub mod keys;
 pub mod output;
 mod overall;
+mod picture;
 mod progress;
 pub mod reference;
 pub mod replay;
@@ -32,6 +33,7 @@ mod summary;
 mod tests;
 pub mod transfer;
 pub mod verify;
+mod weights;
 mod work;
 
 pub use args::{Cli, Command, Format, Global};

@@ -1,8 +1,9 @@
 //! Data for people and for programs: one table, three formats.
 
-use std::io::{self, Write};
+use std::borrow::Cow;
+use std::io::{self, IsTerminal, Write};
 
-use comfy_table::{CellAlignment, presets};
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Width, presets};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::Format;
@@ -101,6 +102,17 @@ impl Cell {
         }
     }
 
+    /// The value on a terminal, where a long list would fill the screen.
+    fn brief(&self) -> String {
+        match self {
+            Self::List(values) if values.len() > LISTED => {
+                let first = values.iter().take(LISTED - 1).map(u32::to_string).collect::<Vec<_>>().join(" ");
+                format!("{first} ... ({})", values.len())
+            }
+            _ => self.short(),
+        }
+    }
+
     const fn is_number(&self) -> bool {
         matches!(self, Self::Integer(_) | Self::Real(_))
     }
@@ -122,12 +134,12 @@ impl Serialize for Cell {
 /// Records with the same columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    columns: Vec<&'static str>,
+    columns: Vec<Cow<'static, str>>,
     rows: Vec<Vec<Cell>>,
 }
 
 /// A row as a JSON object, keys in the order of the columns.
-struct Object<'a>(&'a [&'static str], &'a [Cell]);
+struct Object<'a>(&'a [Cow<'static, str>], &'a [Cell]);
 
 impl Serialize for Object<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -142,8 +154,8 @@ impl Serialize for Object<'_> {
 impl Table {
     /// A table without rows.
     #[must_use]
-    pub fn new(columns: impl Into<Vec<&'static str>>) -> Self {
-        Self { columns: columns.into(), rows: Vec::new() }
+    pub fn new<T: Into<Cow<'static, str>>>(columns: impl IntoIterator<Item = T>) -> Self {
+        Self { columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
 
     /// Adds a row with a value for every column.
@@ -156,13 +168,13 @@ impl Table {
     /// The same without these columns.
     #[must_use]
     pub fn without(mut self, columns: &[&str]) -> Self {
-        let kept: Vec<bool> = self.columns.iter().map(|column| !columns.contains(column)).collect();
+        let kept: Vec<bool> = self.columns.iter().map(|column| !columns.contains(&&**column)).collect();
         let keep = |row: &mut Vec<Cell>| {
             let mut kept = kept.iter();
             row.retain(|_| kept.next().copied().unwrap_or_default());
         };
         self.rows.iter_mut().for_each(keep);
-        self.columns.retain(|column| !columns.contains(column));
+        self.columns.retain(|column| !columns.contains(&&**column));
         self
     }
 
@@ -178,7 +190,11 @@ impl Table {
     /// [`Exit::Unexpected`] when stdout cannot be written.
     pub fn print(&self, format: Format) -> Result<(), Failure> {
         let mut text = Vec::new();
-        printed(self.write(format, &mut text).and_then(|()| to_stdout(&text)))
+        let written = match format {
+            Format::Table => self.write_table(&mut text, terminal()),
+            _ => self.write(format, &mut text),
+        };
+        printed(written.and_then(|()| to_stdout(&text)))
     }
 
     /// Writes the table.
@@ -187,28 +203,41 @@ impl Table {
     /// Those of `out`.
     pub fn write(&self, format: Format, out: &mut impl Write) -> io::Result<()> {
         match format {
-            Format::Table => self.write_table(out),
+            Format::Table => self.write_table(out, None),
             Format::Json => self.write_json(out),
             Format::Csv => self.write_csv(out),
         }
     }
 
-    /// Columns without any value are left out.
-    fn write_table(&self, out: &mut impl Write) -> io::Result<()> {
+    /// Columns without any value are left out. With a width, long words are broken into lines so that the table is no
+    /// wider, if its numbers allow it.
+    fn write_table(&self, out: &mut impl Write, width: Option<u16>) -> io::Result<()> {
         let shown = |column: &usize| {
             self.rows.is_empty() || self.rows.iter().any(|row| !row[*column].full().is_empty())
         };
         let shown: Vec<usize> = (0..self.columns.len()).filter(shown).collect();
         let mut table = comfy_table::Table::new();
         table.load_style(presets::NOTHING);
-        table.set_header(shown.iter().map(|&column| self.columns[column]));
+        if let Some(width) = width {
+            table.set_content_arrangement(ContentArrangement::Dynamic).set_width(width);
+        }
+        table.set_header(shown.iter().map(|&column| self.columns[column].as_ref()));
+        let words = |cell: &Cell| if width.is_some() { cell.brief() } else { cell.short() };
         for row in &self.rows {
-            table.add_row(shown.iter().map(|&column| row[column].short()));
+            table.add_row(shown.iter().map(|&column| words(&row[column])));
         }
         for (&column, drawn) in shown.iter().zip(table.column_iter_mut()) {
             if self.rows.iter().any(|row| row[column].is_number()) {
                 drawn.set_cell_alignment(CellAlignment::Right);
             }
+            // Words of which a line has no room are worse than a line that is too long.
+            let most =
+                self.rows.iter().map(|row| words(&row[column]).chars().count()).max().unwrap_or_default();
+            drawn.set_constraint(if most > usize::from(BREAKABLE) {
+                ColumnConstraint::LowerBoundary(Width::Fixed(BREAKABLE))
+            } else {
+                ColumnConstraint::ContentWidth
+            });
             drawn.set_padding((0, 2));
         }
         for line in table.lines() {
@@ -229,12 +258,30 @@ impl Table {
 
     fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
         let mut writer = csv::Writer::from_writer(out);
-        writer.write_record(&self.columns)?;
+        writer.write_record(self.columns.iter().map(|column| column.as_bytes()))?;
         for row in &self.rows {
             writer.write_record(row.iter().map(Cell::full))?;
         }
         writer.flush()
     }
+}
+
+/// Words up to this length are not broken into lines.
+const BREAKABLE: u16 = 24;
+/// A list is shown in full on a terminal if it has no more numbers than these.
+const LISTED: usize = 6;
+
+/// The terminal's width, if stdout is one.
+fn terminal() -> Option<u16> {
+    if io::stdout().is_terminal() { comfy_table::Table::new().width() } else { None }
+}
+
+/// Prints a text to stdout.
+///
+/// # Errors
+/// Those of [`Table::print`].
+pub fn print_text(text: &[u8]) -> Result<(), Failure> {
+    printed(to_stdout(text))
 }
 
 /// Prints tables for people, an empty line between them.
@@ -247,7 +294,7 @@ pub fn print_tables(tables: &[Table]) -> Result<(), Failure> {
         if at > 0 {
             writeln!(text)?;
         }
-        table.write(Format::Table, &mut text)
+        table.write_table(&mut text, terminal())
     });
     printed(written.and_then(|()| to_stdout(&text)))
 }
@@ -288,6 +335,30 @@ mod tests {
     fn people_see_aligned_columns_with_values_only() {
         let text = written(&table(), Format::Table);
         assert_eq!(text, "name       fitness  flips\na,b         0.3333  1 20\nlong name      NaN\n");
+    }
+
+    #[test]
+    fn a_table_is_as_wide_as_the_terminal_and_numbers_stay_whole() {
+        let mut table = Table::new(["trial", "fitness", "reason"]);
+        table.push([7_u32.into(), 0.25.into(), "nearest to the goal at step 12: palm to top 0.081 m".into()]);
+        let mut out = Vec::new();
+        table.write_table(&mut out, Some(50)).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        assert!(text.lines().all(|line| line.len() <= 50) && text.lines().count() > 2, "{text}");
+        assert!(text.contains("    7   0.2500  nearest to the goal at"), "{text}");
+        let mut out = Vec::new();
+        table.write_table(&mut out, Some(10)).unwrap();
+        assert!(String::from_utf8(out).unwrap().contains("0.2500"), "a number is never broken");
+    }
+
+    #[test]
+    fn a_long_list_is_cut_short_on_a_terminal_only() {
+        let mut table = Table::new(["flipped"]);
+        table.push([(0..9).collect::<Vec<u32>>().into()]);
+        let mut out = Vec::new();
+        table.write_table(&mut out, Some(80)).unwrap();
+        assert_eq!(String::from_utf8(out).unwrap(), "flipped\n0 1 2 3 4 ... (9)\n");
+        assert_eq!(written(&table, Format::Table), "flipped\n0 1 2 3 4 5 6 7 8\n");
     }
 
     #[test]

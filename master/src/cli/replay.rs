@@ -10,9 +10,9 @@ use super::args::{ReplayArgs, Which};
 use super::individuals::{Individual, find, warn_foreign};
 use super::show::differs;
 use super::work::crew;
-use super::{Global, select};
+use super::{Global, picture, select};
 use crate::exit::{Exit, Failure};
-use crate::replay::{Recording, csv, page};
+use crate::replay::{Recording, csv, mcap, page, strip};
 use crate::retest::difference;
 
 /// Carries out the command.
@@ -36,17 +36,17 @@ pub async fn run(args: ReplayArgs, global: &Global) -> Result<(), Failure> {
         return write(path, text.as_bytes());
     }
     if let Some(path) = &args.csv {
-        let [recording] = &recordings[..] else {
-            let message = format!(
-                "--csv takes one trial and these are {}; choose it with --trial, 0 to {}",
-                recordings.len(),
-                individual.evaluated.outcomes.len().saturating_sub(1)
-            );
-            return Err(Failure::new(Exit::Usage, message));
-        };
+        let recording = one(&recordings, individual, "--csv")?;
         let mut text = Vec::new();
         csv(recording, &mut text).map_err(|error| Failure::new(Exit::Unexpected, error))?;
         return write(path, &text);
+    }
+    if let Some(path) = &args.strip {
+        return picture::write(path, &strip(one(&recordings, individual, "--strip")?));
+    }
+    if let Some(path) = &args.mcap {
+        let file = mcap(&recordings).map_err(|error| Failure::new(Exit::Unexpected, error))?;
+        return write(path, &file);
     }
     let text = page(&recordings).map_err(|error| Failure::new(Exit::Unexpected, error))?;
     write(&args.html, text.as_bytes())?;
@@ -78,6 +78,23 @@ fn recordings(individual: &Individual, args: &ReplayArgs) -> Result<Vec<Recordin
     Ok(recordings)
 }
 
+/// The trial, if it is only one.
+fn one<'a>(
+    recordings: &'a [Recording],
+    individual: &Individual,
+    option: &str,
+) -> Result<&'a Recording, Failure> {
+    let [recording] = recordings else {
+        let message = format!(
+            "{option} takes one trial and these are {}; choose it with --trial, 0 to {}",
+            recordings.len(),
+            individual.evaluated.outcomes.len().saturating_sub(1)
+        );
+        return Err(Failure::new(Exit::Usage, message));
+    };
+    Ok(recording)
+}
+
 /// A trial, which has to come to what is stored.
 pub(super) fn recording(
     simulator: &Simulator,
@@ -99,5 +116,7 @@ pub(super) fn recording(
 fn write(path: &Path, content: &[u8]) -> Result<(), Failure> {
     let written =
         if path == Path::new("-") { std::io::stdout().write_all(content) } else { fs::write(path, content) };
-    written.map_err(|error| Failure::new(Exit::Unexpected, format!("{}: {error}", path.display())))
+    written.map_err(|error| {
+        Failure::new(Exit::Unexpected, format!("{}: cannot be written: {error}", path.display()))
+    })
 }

@@ -7,7 +7,7 @@ use super::individuals::{Individual, find, foreign};
 use super::output::{Cell, Table, print_tables};
 use super::reference::Name;
 use super::work::crew;
-use super::{Format, Global, select};
+use super::{Format, Global, select, weights};
 use crate::exit::{Exit, Failure};
 use crate::retest::{Course, Tally, difference};
 use crate::store::SqliteStore;
@@ -19,6 +19,12 @@ use crate::store::SqliteStore;
 pub async fn run(args: ShowArgs, global: &Global) -> Result<(), Failure> {
     let store = select::open(global).await?;
     let individuals = find(&store, &args.which, crew(args.workers, &|| {})).await?;
+    if let Some(path) = &args.image {
+        return weights::draw(&individuals, path);
+    }
+    if args.weights {
+        return weights::print(&individuals, global);
+    }
     if global.format != Format::Table {
         return trials(&individuals)?.print(global.format);
     }

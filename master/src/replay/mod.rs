@@ -1,8 +1,13 @@
-//! A stored trial, run again and taken away: as a page that plays it, as JSON, or as CSV.
+//! A stored trial, run again and taken away: as a page that plays it, as JSON, CSV or MCAP, or as pictures.
 
+mod camera;
+mod events;
+mod mcap;
 mod neurons;
 mod page;
 mod rows;
+mod shapes;
+mod strip;
 
 use nalgebra::Point3;
 use selftalk_sim::behaviours::Condition;
@@ -11,9 +16,12 @@ use selftalk_sim::robot::{JOINTS, Kinematics, Part, RobotError, RobotModel, join
 use selftalk_sim::{Behaviour, Frame, Trace, scene};
 use serde::Serialize;
 
-use neurons::MOTORS;
+pub use events::{Event, What, events};
+pub use mcap::{McapFailure, mcap};
+pub use neurons::{MOTORS, SENSORS};
 pub use page::page;
 pub use rows::{Kind, Signal, csv, names, values};
+pub use strip::{key_moments, strip};
 
 /// Length of a control step, s.
 const STEP: f64 = 0.05;

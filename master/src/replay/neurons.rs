@@ -2,7 +2,7 @@
 
 /// The sensory neurons: where the attended thing is seen from the palm, joint angles as shares of their ranges, touch,
 /// and the label that is heard.
-pub(super) const SENSORS: [&str; 25] = [
+pub const SENSORS: [&str; 25] = [
     "attended_x",
     "attended_y",
     "attended_z",
@@ -31,7 +31,7 @@ pub(super) const SENSORS: [&str; 25] = [
 ];
 
 /// The motor neurons: attention, and the joints they command.
-pub(super) const MOTORS: [&str; 13] = [
+pub const MOTORS: [&str; 13] = [
     "focus",
     "torso_yaw",
     "torso_pitch",

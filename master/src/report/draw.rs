@@ -5,8 +5,6 @@ use std::error::Error;
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{Options, Tree};
 
 use super::Condition;
 use super::boxes::five_numbers;
@@ -15,8 +13,6 @@ use super::boxes::five_numbers;
 const SIZE: (u32, u32) = (720, 480);
 /// Half the width of a box, where conditions are 1 apart.
 const HALF: f64 = 0.3;
-/// Pixels of the PNG for each of the SVG.
-const ZOOM: f32 = 2.0;
 
 type Drawn<T> = Result<T, Box<dyn Error>>;
 type Chart<'a> = ChartContext<
@@ -140,23 +136,12 @@ fn layout<'a>(
     Ok(chart)
 }
 
-/// An SVG as a PNG. Its words are set in a font of the program's own, so that it looks the same everywhere.
-pub(super) fn png(svg: &str) -> Drawn<Vec<u8>> {
-    let mut options = Options { font_family: "Ubuntu".to_owned(), ..Options::default() };
-    let fonts = options.fontdb_mut();
-    fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
-    fonts.set_sans_serif_family("Ubuntu");
-    let tree = Tree::from_str(svg, &options)?;
-    let size = tree.size().to_int_size().scale_by(ZOOM).ok_or("the picture has no size")?;
-    let mut pixels = Pixmap::new(size.width(), size.height()).ok_or("the picture is too large")?;
-    resvg::render(&tree, Transform::from_scale(ZOOM, ZOOM), &mut pixels.as_mut());
-    Ok(pixels.encode_png()?)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::picture::png;
     use crate::report::rows::tests::condition;
+    use resvg::tiny_skia::Pixmap;
 
     #[test]
     fn a_boxplot_names_its_conditions_and_marks_outliers() {

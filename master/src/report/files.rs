@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::rows::{self, Quantity};
 use super::{ReportError, Study, draw, page};
+use crate::picture;
 
 /// A figure by its file's name, with its title.
 const FIGURES: [(Quantity, &str, &str); 2] = [
@@ -89,7 +90,7 @@ fn figure(folder: &Path, name: &str, svg: Result<String, Box<dyn Error>>) -> Res
     let svg = svg.map_err(|error| failed(&path, &error))?;
     fs::write(&path, &svg).map_err(|error| failed(&path, &error))?;
     let path = folder.join(format!("{name}.png"));
-    let png = draw::png(&svg).map_err(|error| failed(&path, &error))?;
+    let png = picture::png(&svg).map_err(|error| failed(&path, &error))?;
     fs::write(&path, png).map_err(|error| failed(&path, &error))
 }
 

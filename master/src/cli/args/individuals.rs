@@ -30,17 +30,28 @@ The trials are run again; should one not come to what is stored, down to the las
 (exit code 7). `held` is for how many control steps the goal held without a break, `focus` in which share of them
 attention was on what the behaviour is about. Steps are counted from 1. JSON and CSV have a record a trial.
 
+With `--weights`, the controller's numbers instead of the trials: weights, biases and time constants by the names of the
+neurons. JSON and CSV have a record a number.
+
 Examples:
   selftalk show                                 the best of every replication's last generation
   selftalk show quickstart/0/59/12
   selftalk show best --replication 1 --generation 12
   selftalk show champion --experiment elementary --replication 0
+  selftalk show quickstart/0/59/12 --weights --format csv
+  selftalk show best --replication 0 --weights --image weights.png
 
 `selftalk --help` lists the exit codes.")]
 pub struct ShowArgs {
     /// Which individuals.
     #[command(flatten)]
     pub which: Which,
+    /// The controller's weights, biases and time constants instead of the trials
+    #[arg(long)]
+    pub weights: bool,
+    /// Draw them into a file, FILE.png or FILE.svg, for one individual
+    #[arg(long, value_name = "FILE", requires = "weights")]
+    pub image: Option<PathBuf>,
     /// Threads that choose champions [default: one for every core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub workers: Option<u32>,

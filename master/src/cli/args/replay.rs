@@ -17,6 +17,8 @@ Examples:
   selftalk replay                               all trials of the best individual of the first replication
   selftalk replay quickstart/0/59/12 --behaviour grasp --html grasp.html
   selftalk replay best --replication 1 --trial 13 --csv - > trial.csv
+  selftalk replay champion --mcap champion.mcap
+  selftalk replay best --trial 9 --strip grasp.png
 
 `selftalk --help` lists the exit codes.")]
 pub struct ReplayArgs {
@@ -44,4 +46,11 @@ pub struct ReplayArgs {
     /// Write all signals of one trial as CSV instead; `-` is stdout
     #[arg(long, value_name = "FILE", conflicts_with_all = ["html", "json"])]
     pub csv: Option<PathBuf>,
+    /// Write an MCAP file instead, for Foxglove and Rerun: the scene, transforms, events and all signals, the trials one
+    /// after the other; `-` is stdout
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["html", "json", "csv"])]
+    pub mcap: Option<PathBuf>,
+    /// Draw key moments of one trial side by side instead: FILE.png or FILE.svg
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["html", "json", "csv", "mcap"])]
+    pub strip: Option<PathBuf>,
 }
