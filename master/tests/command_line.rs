@@ -5,8 +5,26 @@
 
 use std::process::{Command, Output};
 
-const COMMANDS: [&str; 10] =
-    ["run", "serve", "resume", "history", "show", "evaluate", "transfer", "verify", "results", "digest"];
+const COMMANDS: [&str; 18] = [
+    "run",
+    "serve",
+    "resume",
+    "history",
+    "show",
+    "replay",
+    "evaluate",
+    "generalise",
+    "compare",
+    "transfer",
+    "verify",
+    "results",
+    "report",
+    "reproduce",
+    "export",
+    "digest",
+    "completions",
+    "man",
+];
 
 fn selftalk(words: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_selftalk")).args(words).output().unwrap()
@@ -17,7 +35,7 @@ fn help_goes_to_stdout_and_lists_commands_and_exit_codes() {
     let output = selftalk(&["--help"]);
     assert!(output.status.success() && output.stderr.is_empty());
     let help = String::from_utf8(output.stdout).unwrap();
-    for word in ["--db", "--format", "Exit codes:", "130"].into_iter().chain(COMMANDS) {
+    for word in ["--db", "--format", "Exit codes:", "130", "Examples:"].into_iter().chain(COMMANDS) {
         assert!(help.contains(word), "{word}: {help}");
     }
 }

@@ -8,7 +8,10 @@ use selftalk_tests::Place;
 #[test]
 fn experiments_of_a_history_are_compared() {
     let place = Place::with_history(4);
-    assert_eq!(place.run("compare").refused(2), "it takes two experiments to compare; there is only `small`");
+    assert_eq!(
+        place.run("compare").refused(2),
+        "it takes two experiments to compare; there is only `small`; run another, or the same with `--set name=...`"
+    );
     place.run("run small.toml --set name=other --set generations=3 --set replications=3 --seed 8").done();
 
     let pairs = place.ask("compare --by fitness --over 2");
@@ -33,7 +36,7 @@ fn experiments_of_a_history_are_compared() {
 
     assert_eq!(
         place.run("compare small").refused(2),
-        "it takes two experiments to compare; named is only `small`"
+        "it takes two experiments to compare; named is only `small`; run another, or the same with `--set name=...`"
     );
     assert_eq!(place.run("compare small small").refused(2), "experiment `small` is named twice");
     let message = place.run("compare --generation 3").refused(2);

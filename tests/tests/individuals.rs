@@ -281,7 +281,7 @@ fn results_are_written_verified_and_found_out() {
     assert_eq!((&verified["individuals"], &verified["mismatches"]), (&2.into(), &0.into()));
     assert_eq!(verified["trials"], 2 * (16 + 160 + 32));
     let message = place.run("results --out kept/small").refused(2);
-    assert_eq!(message, "kept/small: is not empty");
+    assert_eq!(message, "kept/small: is not empty; name a new folder with --out");
 
     let sound = read("trials.csv");
     let bits = sound.lines().nth(1 + 16 + 4).unwrap().split(',').nth(4).unwrap();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use selftalk_proto::{KeysError, SLOT_LIMIT, Token, TokenError, WorkerKeys};
 use selftalk_worker::{Config, End, WorkerError, run, signal};
 use tracing_subscriber::EnvFilter;
@@ -24,6 +24,15 @@ Exit codes:
     2  the command line is wrong
     5  the master cannot be reached, or refuses the worker
   130  ended by Ctrl-C, 143 by SIGTERM: the master gives the work to others at once";
+
+/// How logs are written.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum LogFormat {
+    /// Lines for people
+    Text,
+    /// A JSON object a line
+    Json,
+}
 
 /// Runs trials for a selftalk master.
 #[derive(Debug, Parser)]
@@ -48,6 +57,9 @@ struct Cli {
     /// Log more; twice for details. RUST_LOG overrides it
     #[arg(long, short, action = clap::ArgAction::Count)]
     verbose: u8,
+    /// How logs are written, to stderr
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t = LogFormat::Text)]
+    log: LogFormat,
 }
 
 fn main() -> ExitCode {
@@ -57,11 +69,15 @@ fn main() -> ExitCode {
         _ => "info,selftalk_worker=debug",
     };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
-    tracing_subscriber::fmt()
+    let plain = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    let log = tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .with_env_filter(filter)
-        .init();
+        .with_ansi(!plain && std::io::stderr().is_terminal())
+        .with_env_filter(filter);
+    match cli.log {
+        LogFormat::Text => log.init(),
+        LogFormat::Json => log.json().with_ansi(false).init(),
+    }
     match work(cli) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {

@@ -126,10 +126,16 @@ fn difference(ancestors: &Experiment, heirs: &Experiment) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::args::Format;
+    use crate::cli::args::{Color, Format, LogFormat};
 
     fn global(folder: &Path) -> Global {
-        Global { db: folder.join("history.db"), format: Format::Table, verbose: 0 }
+        Global {
+            db: folder.join("history.db"),
+            format: Format::Table,
+            verbose: 0,
+            log: LogFormat::Text,
+            color: Color::Auto,
+        }
     }
 
     fn integrated(overrides: &[&str]) -> Experiment {

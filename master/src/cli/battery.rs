@@ -108,7 +108,8 @@ async fn meant(store: &SqliteStore, of: &ReplicationFilter) -> Result<Vec<Stored
         }
     }
     if experiments.is_empty() {
-        let message = "there is no experiment of the second phase, such as `integrated-lst`";
+        let message = "there is no experiment of the second phase; `selftalk run integrated-lst --ancestors elementary` runs \
+                       one";
         return Err(Failure::new(Exit::Usage, message));
     }
     Ok(experiments)

@@ -48,7 +48,12 @@ async fn meant(store: &SqliteStore, names: &[String]) -> Result<Vec<StoredExperi
     if experiments.len() < 2 {
         let given = if names.is_empty() { "there is" } else { "named is" };
         let there = seen.first().map_or("there is none".to_owned(), |name| format!("{given} only `{name}`"));
-        return Err(Failure::new(Exit::Usage, format!("it takes two experiments to compare; {there}")));
+        return Err(Failure::new(
+            Exit::Usage,
+            format!(
+                "it takes two experiments to compare; {there}; run another, or the same with `--set name=...`"
+            ),
+        ));
     }
     Ok(experiments)
 }

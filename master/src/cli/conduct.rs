@@ -140,7 +140,12 @@ pub(super) async fn listen(
     address: impl tokio::net::ToSocketAddrs + std::fmt::Display,
 ) -> Result<TcpListener, Failure> {
     let name = address.to_string();
-    let fail = |error| Failure::new(Exit::Network, format!("{name}: cannot listen: {error}"));
+    let fail = |error| {
+        Failure::new(
+            Exit::Network,
+            format!("{name}: cannot listen: {error}; name another address with --listen"),
+        )
+    };
     TcpListener::bind(address).await.map_err(fail)
 }
 

@@ -96,7 +96,10 @@ pub async fn find(store: &SqliteStore, which: &Which, crew: Crew<'_>) -> Result<
         }
     }
     if found.is_empty() {
-        return Err(Failure::new(Exit::Usage, "there are no individuals yet"));
+        return Err(Failure::new(
+            Exit::Usage,
+            "there are no individuals yet; `selftalk run` or `selftalk resume` makes some",
+        ));
     }
     Ok(found)
 }

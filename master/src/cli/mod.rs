@@ -6,6 +6,7 @@ pub mod battery;
 mod behaviours;
 mod choose;
 pub mod compare;
+pub mod completions;
 mod conduct;
 pub mod dashboard;
 pub mod digest;
@@ -14,6 +15,7 @@ pub mod export;
 pub mod history;
 pub mod individuals;
 pub mod keys;
+pub mod man;
 pub mod output;
 mod overall;
 mod picture;
@@ -36,7 +38,7 @@ pub mod verify;
 mod weights;
 mod work;
 
-pub use args::{Cli, Command, Format, Global};
+pub use args::{Cli, Color, Command, Format, Global, LogFormat};
 
 use crate::exit::Failure;
 
@@ -65,5 +67,7 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Export(args) => export::run(args, &global).await,
         Command::Digest(args) => digest::run(args, &global).await,
         Command::Keys(args) => keys::run(&args),
+        Command::Completions(args) => completions::run(&args),
+        Command::Man(args) => man::run(&args),
     }
 }

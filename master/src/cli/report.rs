@@ -25,7 +25,8 @@ pub async fn run(args: ReportArgs, global: &Global) -> Result<(), Failure> {
         experiments.retain(|stored| stored.experiment.task == Task::MoveToTarget);
     }
     if experiments.is_empty() {
-        let message = "there is no experiment of the second phase, such as `integrated-lst`";
+        let message = "there is no experiment of the second phase; `selftalk run integrated-lst --ancestors elementary` runs \
+                       one";
         return Err(Failure::new(Exit::Usage, message));
     }
     let study = gathered(&store, &experiments).await?;

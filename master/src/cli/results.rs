@@ -26,11 +26,14 @@ pub async fn run(args: ResultsArgs, global: &Global) -> Result<(), Failure> {
     let store = select::open(global).await?;
     let mut experiments = select::experiments(&store, args.experiment.as_deref()).await?;
     let Some(stored) = experiments.pop() else {
-        return Err(Failure::new(Exit::Usage, "there are no experiments yet"));
+        return Err(Failure::new(Exit::Usage, "there are no experiments yet; `selftalk run` makes one"));
     };
     if let Some(other) = experiments.first() {
         let names = format!("{}, {}", other.experiment.name, stored.experiment.name);
-        return Err(Failure::new(Exit::Usage, format!("which experiment? There is: {names}")));
+        return Err(Failure::new(
+            Exit::Usage,
+            format!("which experiment? Name one with --experiment; there is: {names}"),
+        ));
     }
     if let Some(words) = foreign(&stored.experiment.name, &stored.fingerprint)? {
         return Err(Failure::new(Exit::Mismatch, format!("{words}; write its results with that release")));

@@ -22,8 +22,12 @@ pub async fn experiments(store: &impl Store, name: Option<&str>) -> Result<Vec<S
     let Some(name) = name else { return Ok(all) };
     let names: Vec<_> = all.iter().map(|stored| stored.experiment.name.clone()).collect();
     let found: Vec<_> = all.into_iter().filter(|stored| stored.experiment.name == name).collect();
+    if found.is_empty() && names.is_empty() {
+        let message = format!("there is no experiment `{name}`; there is none yet, `selftalk run` makes one");
+        return Err(Failure::new(Exit::Usage, message));
+    }
     if found.is_empty() {
-        let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        let there = names.join(", ");
         return Err(Failure::new(Exit::Usage, format!("there is no experiment `{name}`; there is: {there}")));
     }
     Ok(found)

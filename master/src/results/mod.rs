@@ -21,7 +21,7 @@ pub use check::check;
 #[derive(Debug, Error)]
 pub enum ResultsError {
     /// The folder has something in it already.
-    #[error("{}: is not empty", .0.display())]
+    #[error("{}: is not empty; name a new folder with --out", .0.display())]
     Occupied(PathBuf),
     /// There is no such file.
     #[error("{}: no such file; `selftalk results` writes it", .0.display())]

@@ -15,13 +15,13 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// The folder the file should be created in does not exist.
-    #[error("{}: the folder does not exist", path.display())]
+    #[error("{}: the folder does not exist; create it, or name another file with --db", path.display())]
     NoFolder {
         /// The file.
         path: PathBuf,
     },
     /// The file or its folder cannot be written.
-    #[error("{}: cannot be written: {reason}", path.display())]
+    #[error("{}: cannot be written: {reason}; make it writable, or name another file with --db", path.display())]
     ReadOnly {
         /// The file.
         path: PathBuf,
@@ -29,7 +29,7 @@ pub enum StoreError {
         reason: String,
     },
     /// The file is not an SQLite database.
-    #[error("{}: not a selftalk history: {reason}", path.display())]
+    #[error("{}: not a selftalk history: {reason}; name one with --db", path.display())]
     Foreign {
         /// The file.
         path: PathBuf,
@@ -37,7 +37,7 @@ pub enum StoreError {
         reason: String,
     },
     /// The file is damaged.
-    #[error("{}: the file is damaged: {reason}", path.display())]
+    #[error("{}: the file is damaged: {reason}; go back to a copy of it", path.display())]
     Corrupt {
         /// The file.
         path: PathBuf,
@@ -54,7 +54,7 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// Another master, or any other program, has the file.
-    #[error("{}: in use by {holder}", path.display())]
+    #[error("{}: in use by {holder}; wait until it has ended, or end it", path.display())]
     Locked {
         /// The file.
         path: PathBuf,
@@ -62,7 +62,7 @@ pub enum StoreError {
         holder: String,
     },
     /// The file was written by a later release.
-    #[error("{}: written by a later release (schema {found}, this one knows up to {known})", path.display())]
+    #[error("{}: written by a later release (schema {found}, this one knows up to {known}); use that one", path.display())]
     Newer {
         /// The file.
         path: PathBuf,
@@ -82,7 +82,7 @@ pub enum StoreError {
         known: i64,
     },
     /// An experiment of that name is there already.
-    #[error("{}: experiment `{name}` exists already", path.display())]
+    #[error("{}: experiment `{name}` exists already; give the new one another name with `--set name=...`", path.display())]
     Exists {
         /// The file.
         path: PathBuf,

@@ -9,8 +9,10 @@ mod compare;
 mod dashboard;
 mod export;
 mod individuals;
+mod keys;
 mod replay;
 mod reproduce;
+mod shell;
 
 pub use compare::{CompareArgs, Measure};
 pub use dashboard::{DashboardArgs, DashboardAt, Shown};
@@ -18,10 +20,17 @@ pub use export::{ExportArgs, ExportTable, ExportType};
 pub use individuals::{
     EvaluateArgs, Fresh, GeneraliseArgs, ReportArgs, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which,
 };
+pub use keys::{KeysArgs, KeysCommand, KeysInitArgs};
 pub use replay::ReplayArgs;
 pub use reproduce::ReproduceArgs;
+pub use shell::{Color, CompletionsArgs, LogFormat, ManArgs};
 
-const EXIT_CODES: &str = "\
+const AFTER_HELP: &str = "\
+Examples:
+  selftalk run quickstart                       see it learn
+  selftalk show best                            what the best do, and what goes wrong
+  selftalk replay                               a page that plays their trials
+
 Exit codes:
     0  done
     1  unexpected failure
@@ -37,7 +46,7 @@ Data goes to stdout, everything else to stderr; a failure is one line, `error: .
 
 /// Evolves the controllers of a simulated iCub and keeps every generation in one SQLite file.
 #[derive(Debug, Parser)]
-#[command(name = "selftalk", version, after_help = EXIT_CODES, max_term_width = 110)]
+#[command(name = "selftalk", version, after_help = AFTER_HELP, max_term_width = 110)]
 pub struct Cli {
     /// Options of all commands.
     #[command(flatten)]
@@ -60,6 +69,12 @@ pub struct Global {
     /// Log more; twice for details. RUST_LOG overrides it
     #[arg(long, short, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
+    /// How logs are written, to stderr
+    #[arg(long, global = true, value_enum, value_name = "FORMAT", default_value_t = LogFormat::Text)]
+    pub log: LogFormat,
+    /// Colours in help and logs
+    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = Color::Auto)]
+    pub color: Color,
 }
 
 impl Global {
@@ -124,6 +139,10 @@ pub enum Command {
     Digest(DigestArgs),
     /// Make what a master and its workers prove to each other who they are with
     Keys(KeysArgs),
+    /// Print what a shell needs to complete command lines
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write those of all commands
+    Man(ManArgs),
 }
 
 /// Arguments of `selftalk run`.
@@ -195,40 +214,6 @@ pub struct ServeArgs {
     /// Where the dashboard is.
     #[command(flatten)]
     pub shown: Shown,
-}
-
-/// Arguments of `selftalk keys`.
-#[derive(Debug, Clone, Args)]
-pub struct KeysArgs {
-    /// What to do
-    #[command(subcommand)]
-    pub what: KeysCommand,
-}
-
-/// The commands of `selftalk keys`.
-#[derive(Debug, Clone, Subcommand)]
-pub enum KeysCommand {
-    /// Make certificates, keys and a token in a new folder, with a part for the master and one for its workers
-    Init(KeysInitArgs),
-}
-
-/// Arguments of `selftalk keys init`.
-#[derive(Debug, Clone, Args)]
-#[command(after_help = "\
-Examples:
-  selftalk keys init keys --host node1 --host 10.0.0.5
-  selftalk serve elementary --listen 0.0.0.0:7700 --keys keys/master
-  selftalk-worker --master https://node1:7700 --keys keys/worker          elsewhere, with a copy of keys/worker
-
-The certificates do not expire. To replace them make another folder and start master and workers again.
-`selftalk --help` lists the exit codes.")]
-pub struct KeysInitArgs {
-    /// The folder; it must not exist
-    #[arg(value_name = "FOLDER")]
-    pub folder: PathBuf,
-    /// A name or address by which workers reach the master, besides localhost; can be repeated
-    #[arg(long = "host", value_name = "NAME|ADDRESS")]
-    pub hosts: Vec<String>,
 }
 
 /// Arguments of `selftalk resume`.
