@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Which crates of ours each crate may be built on. The arrows point down only.
-const ARROWS: [(&str, &[&str]); 5] = [
+const ARROWS: [(&str, &[&str]); 6] = [
     ("sim-core", &[]),
     ("proto", &["selftalk-sim"]),
     ("worker", &["selftalk-proto", "selftalk-sim"]),
     ("master", &["selftalk-proto", "selftalk-sim", "selftalk-worker"]),
     ("tests", &["selftalk", "selftalk-proto", "selftalk-sim", "selftalk-worker"]),
+    ("tests/fuzz", &["selftalk-tests"]),
 ];
 
 /// The simulator's modules, the lowest first.

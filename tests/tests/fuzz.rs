@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use prost::Message;
 use selftalk_proto::{Answer, FromMaster, FromWorker, Hello, PROTOCOL, Unit, UnitKey, UnitResult, v1};

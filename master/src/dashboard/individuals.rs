@@ -107,7 +107,7 @@ pub(super) async fn individual(
         return Err(Refusal::missing(missing, if missing == "individual" { number } else { generation }));
     };
     let behaviours = sources.kind(stored).map(|kind| kind.behaviours).unwrap_or_default();
-    let outcomes = store.list_trials(replication.id, generation, number).await?;
+    let outcomes = store.list_outcomes(replication.id, generation, number).await?;
     let trials = outcomes.iter().enumerate().map(|(trial, outcome)| Trial {
         trial,
         behaviour: behaviours.get(trial).copied(),

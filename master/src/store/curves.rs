@@ -66,7 +66,7 @@ impl SqliteStore {
     ///
     /// # Errors
     /// [`StoreError`] when the history cannot be read.
-    pub async fn list_trials(
+    pub async fn list_outcomes(
         &self,
         replication: ReplicationId,
         generation: u32,
