@@ -18,7 +18,7 @@ fmt:
 # Formatting and lints, as CI has them
 lint:
     cargo fmt --all --check
-    cargo clippy --workspace --all-targets -- -D warnings
+    cargo clippy --workspace --all-targets --all-features -- -D warnings
 
 # The API's documentation, in a browser
 doc:

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use tokio_util::sync::CancellationToken;
+use tracing::Instrument;
 
 use super::board::{Last, Place};
 use super::round::{Known, Round};
@@ -50,10 +51,11 @@ impl<S: Store> Replication<S> {
     /// Runs until the last generation is committed or `stop` is cancelled.
     pub(super) async fn run(mut self, stop: CancellationToken) -> Result<RunEnd, DriverError> {
         loop {
+            let span = self.round.span();
             tokio::select! {
                 biased;
                 () = stop.cancelled() => return Ok(RunEnd::Interrupted),
-                complete = self.round.complete(&self.subject.study) => complete?,
+                complete = self.round.complete(&self.subject.study).instrument(span) => complete?,
             }
             if self.conclude().await? {
                 return Ok(RunEnd::Finished);
@@ -86,7 +88,8 @@ impl<S: Store> Replication<S> {
             finished,
             wall,
         };
-        store.commit_generation(commit).await?;
+        let span = tracing::info_span!(parent: self.round.span(), "commit");
+        store.commit_generation(commit).instrument(span).await?;
         place.note(population.generation + 1, finished, Last::of(&scored, &ranking));
         if let Some(next) = next {
             self.round = next;

@@ -8,6 +8,7 @@ use selftalk_proto::UnitKey;
 use selftalk_sim::{Draw, Genotype, TrialOutcome};
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::Instant;
+use tracing::Span;
 
 use super::{DriverError, Study};
 use crate::evolution::{Population, Scored, distinct, draw, score};
@@ -41,6 +42,8 @@ pub(super) struct Round {
     ends: UnboundedReceiver<(UnitKey, UnitEnd)>,
     results: Vec<Option<Evaluated>>,
     begun: Instant,
+    /// Lasts until the generation is committed.
+    span: Span,
 }
 
 impl Round {
@@ -63,8 +66,15 @@ impl Round {
             places.insert(key, place);
             works.push(Arc::new(Work { key, experiment: study.number, generation, draw, genotype, trials }));
         }
+        let (experiment, units) = (&study.experiment.name, works.len());
+        let span = tracing::info_span!("generation", experiment, replication, generation, units);
         let ends = handle.submit(works).await;
-        Self { population, distinct, places, ends, results, begun: Instant::now() }
+        Self { population, distinct, places, ends, results, begun: Instant::now(), span }
+    }
+
+    /// What is logged of it.
+    pub(super) fn span(&self) -> Span {
+        self.span.clone()
     }
 
     /// Waits until every unit has ended. Can be dropped and called again.

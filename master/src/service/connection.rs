@@ -13,6 +13,7 @@ use tokio_stream::{Stream, StreamExt};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tonic::{Request, Response, Status, Streaming};
+use tracing::Instrument;
 
 use super::Settings;
 use super::handle::{Command, Handle, Line};
@@ -105,7 +106,8 @@ impl<S: Store> Reception<S> {
         match self.join(hello, outgoing).await {
             Ok((peer, worker, cut)) => {
                 tracing::info!(worker = worker.0, host, pid, "worker joined");
-                self.listen(peer, incoming, cut).await;
+                let span = tracing::info_span!("worker", worker = worker.0, host, pid);
+                self.listen(peer, incoming, cut).instrument(span).await;
                 tracing::info!(worker = worker.0, host, pid, "worker gone");
                 if let Err(error) = self.store.worker_left(worker).await {
                     tracing::warn!(%error, "the worker's leave could not be noted");
