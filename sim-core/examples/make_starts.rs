@@ -62,7 +62,7 @@ const FELT: usize = 3;
 const UNDER_PALM: [f64; 3] = [0.05, -0.096, 0.012];
 /// Where the hand's grip point is at the start of REACH, in metres: away from all areas.
 const FAR: [[f64; 3]; 4] =
-    [[-0.29, -0.26, 0.16], [-0.31, -0.27, 0.13], [-0.33, -0.24, 0.18], [-0.30, -0.25, 0.20]];
+    [[-0.24, -0.26, 0.16], [-0.26, -0.27, 0.13], [-0.28, -0.24, 0.18], [-0.25, -0.25, 0.20]];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let robot = RobotModel::icub()?;

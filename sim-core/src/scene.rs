@@ -17,14 +17,9 @@ pub const OBJECT_INERTIA: f64 = 0.4 * OBJECT_MASS * OBJECT_RADIUS * OBJECT_RADIU
 /// Height of the object's centre while it stands on the table.
 pub const OBJECT_STANDING: f64 = TABLE + OBJECT_BASE;
 
-/// How far the robot's front is ahead of the waist's axis, the root frame's origin. The paper says how far in front of the
-/// robot things are and not where it begins. Measured from here, the middle of the object's areas is the middle of where
-/// the left palm can face down over the object: at y = -0.1, x from -0.24 to -0.46.
-pub const ROBOT_FRONT: f64 = 0.05;
-
-/// The middle of the four areas in which the object is placed: 30 cm in front of the robot, 10 cm to its left. The
-/// initial postures belong to these areas.
-pub const AREAS_CENTRE: [f64; 2] = [-ROBOT_FRONT - 0.30, -0.10];
+/// The middle of the four areas in which the object is placed: in front of the robot, to its left. The initial
+/// postures belong to these areas.
+pub const AREAS_CENTRE: [f64; 2] = [-0.30, -0.10];
 /// Distance of the areas' centres from their middle.
 pub const AREAS_DISTANCE: f64 = 0.10;
 /// Directions of the areas' centres from their middle: to the front, back, left and right.

@@ -218,9 +218,9 @@ mod tests {
             (0..Case::GRID_TRIALS).map(|number| Situation::new(&experiment, Case::Grid { number })).collect();
         assert_eq!(all.len(), 196);
         let close = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12;
-        assert!(close(all[0].object, [-0.525, -0.275]));
-        assert!(close(all[4].object, [-0.525, -0.275 + 0.35 / 6.0]));
-        assert!(close(all[195].object, [-0.175, 0.075]));
+        assert!(close(all[0].object, [-0.475, -0.275]));
+        assert!(close(all[4].object, [-0.475, -0.275 + 0.35 / 6.0]));
+        assert!(close(all[195].object, [-0.125, 0.075]));
         for place in all.chunks(4) {
             assert_eq!([0, 1, 2, 3].map(|at| place[at].posture), [0, 1, 2, 3]);
             assert!(place.iter().all(|situation| situation.object == place[0].object));

@@ -123,13 +123,13 @@ impl Default for Physics {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
-    /// Middle of the object's four areas along x; paper: 30 cm in front ([`scene::ROBOT_FRONT`]).
+    /// Middle of the object's four areas along x; paper: 30 cm in front.
     pub areas_x: f64,
     /// Middle of the object's four areas along y; paper: 10 cm to the left.
     pub areas_y: f64,
     /// Distance of each area's centre from their middle: to the front, back, left and right; paper: 0.10.
     pub areas_distance: f64,
-    /// Distance of both target areas from the waist's axis; paper: 0.25 in front ([`scene::ROBOT_FRONT`]).
+    /// Distance of both target areas in front of the robot; paper: 0.25.
     pub target_front: f64,
     /// Distance of the target areas to the left and to the right; paper: 0.10.
     pub target_side: f64,
@@ -149,7 +149,7 @@ impl Default for Scene {
             areas_x: scene::AREAS_CENTRE[0],
             areas_y: scene::AREAS_CENTRE[1],
             areas_distance: scene::AREAS_DISTANCE,
-            target_front: scene::ROBOT_FRONT + 0.25,
+            target_front: 0.25,
             target_side: 0.10,
             target_height: 0.25,
             object_jitter: 0.02,
@@ -253,7 +253,7 @@ impl Default for Open {
             steps: 30,
             goal_distance: 0.06,
             goal_extension: 0.7,
-            goal_alignment: 0.85,
+            goal_alignment: 0.8,
             full_extension: 0.8,
             full_alignment: 0.95,
             near: Near::default(),
