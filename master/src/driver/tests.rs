@@ -1,7 +1,6 @@
 //! Whole runs in one process: a master and workers that talk over loopback.
 
 mod audit;
-mod spans;
 
 use std::net::SocketAddr;
 use std::path::Path;
