@@ -37,9 +37,9 @@ impl<S: Store> Field<S> {
         Self { subjects, tasks, running, doubted, shutdown, interrupted: false }
     }
 
-    /// Whether a replication was stopped before its end.
-    pub(super) fn interrupted(&self) -> bool {
-        self.interrupted
+    /// How the run has ended, once there are no tasks any more.
+    pub(super) fn end(&self) -> RunEnd {
+        if self.interrupted { RunEnd::Interrupted } else { RunEnd::Finished }
     }
 
     pub(super) fn start(&mut self, index: usize, replication: Replication<S>) {

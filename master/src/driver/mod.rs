@@ -126,13 +126,15 @@ impl<S: Store> Driver<S> {
             tokio::select! {
                 ended = field.next() => match ended {
                     Some(ended) => field.conclude(ended).await?,
-                    None if field.interrupted() => return Ok(RunEnd::Interrupted),
                     None => {
-                        // The last answers of every worker are looked into before the run counts as finished.
-                        handle.close_audits().await;
+                        let end = field.end();
+                        if end == RunEnd::Finished {
+                            // The last answers of every worker are looked into before the run counts as finished.
+                            handle.close_audits().await;
+                        }
                         let places = revocations.known();
                         if places.is_empty() {
-                            return Ok(RunEnd::Finished);
+                            return Ok(end);
                         }
                         field.revoke(places).await?;
                     }

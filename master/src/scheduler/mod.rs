@@ -5,10 +5,10 @@
 //! generation under way, so each gets its turn, and while one is selected and stored the others keep the workers busy.
 //!
 //! A unit is open until the first answer of a connected worker, whoever gives it and however late: units are pure
-//! functions, so all answers are equal. Whether they are is looked into, see `audit.rs`. The unit of a lost worker is given out again. As a unit may have been the cause, it is *suspect* from
-//! then on: a worker never holds two suspects, so that a unit that kills workers cannot drag the same neighbours along
-//! again and again, and after [`Limits::losses`] workers it is set aside. A worker that comes back after a cut line
-//! was not killed, and clears the units it held.
+//! functions, so all answers are equal. Whether they are is looked into, see `audit.rs`. The unit of a lost worker is
+//! given out again. As a unit may have been the cause, it is *suspect* from then on: a worker never holds two suspects,
+//! so that a unit that kills workers cannot drag the same neighbours along again and again, and after [`Limits::losses`]
+//! workers it is set aside. A worker that comes back after a cut line was not killed, and clears the units it held.
 
 mod audit;
 mod deal;

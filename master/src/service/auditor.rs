@@ -8,6 +8,7 @@ use tokio::sync::mpsc::WeakSender;
 
 use super::handle::Command;
 use crate::scheduler::{Claim, Event};
+use crate::store::kept_bits;
 
 /// An answer to be looked into, and the experiment's file where it is the first of that experiment.
 #[derive(Debug)]
@@ -55,10 +56,7 @@ fn is_right(simulator: Option<&Simulator>, claim: &Claim) -> bool {
     })
 }
 
-/// To the last bit; scores that are no numbers are all the same, as on the wire.
+/// Whether the history would keep the same of both.
 fn equal(a: &TrialOutcome, b: &TrialOutcome) -> bool {
-    let bits = |outcome: &TrialOutcome| {
-        if outcome.score.is_finite() { outcome.score.to_bits() } else { f64::NAN.to_bits() }
-    };
-    (bits(a), a.success, a.steps) == (bits(b), b.success, b.steps)
+    (kept_bits(a.score), a.success, a.steps) == (kept_bits(b.score), b.success, b.steps)
 }
