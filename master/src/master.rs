@@ -1,12 +1,15 @@
 //! A master at work: the run loop and the service that feeds it.
 
 use std::hash::{BuildHasher, Hasher, RandomState};
+use std::io;
 use std::sync::Arc;
 
 use thiserror::Error;
-use tokio::net::TcpListener;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::watch;
+use tokio_stream::Stream;
 use tokio_util::sync::CancellationToken;
+use tonic::transport::server::Connected;
 
 use crate::driver::{Board, Driver, DriverError, RunEnd};
 use crate::scheduler::Limits;
@@ -38,26 +41,24 @@ pub struct Master<S> {
     store: Arc<S>,
     driver: Driver<S>,
     handle: Handle,
-    listener: TcpListener,
     settings: Settings,
 }
 
 impl<S: Store> Master<S> {
-    /// Prepares to run the unfinished replications of these experiments with the workers that come to `listener`.
+    /// Prepares to run the unfinished replications of these experiments.
     ///
     /// # Errors
     /// [`MasterError::Driver`] when the history cannot be read.
     pub async fn prepare(
         store: Arc<S>,
         experiments: &[StoredExperiment],
-        listener: TcpListener,
         settings: Settings,
     ) -> Result<Self, MasterError> {
         let limits = Limits { audit_share: settings.audit, audit_secret: secret(), ..Limits::default() };
         let (handle, revocations) = Hub::start(limits);
         let hub = (handle.clone(), revocations);
         let driver = Driver::prepare(Arc::clone(&store), hub, experiments).await?;
-        Ok(Self { store, driver, handle, listener, settings })
+        Ok(Self { store, driver, handle, settings })
     }
 
     /// Where the replications stand, now and from now on.
@@ -78,16 +79,25 @@ impl<S: Store> Master<S> {
         self.handle.floor()
     }
 
-    /// Runs until all replications are finished or `shutdown` is cancelled, and takes leave of the workers.
+    /// Runs until all replications are finished or `shutdown` is cancelled, with the workers that come `incoming` (see
+    /// [`connections`](crate::service::connections)), and takes leave of them.
     ///
     /// # Errors
     /// [`MasterError`] when the history or the network fails.
-    pub async fn run(self, shutdown: CancellationToken) -> Result<RunEnd, MasterError> {
-        let Self { store, driver, handle, listener, settings } = self;
+    pub async fn run<C>(
+        self,
+        incoming: impl Stream<Item = io::Result<C>>,
+        shutdown: CancellationToken,
+    ) -> Result<RunEnd, MasterError>
+    where
+        C: AsyncRead + AsyncWrite + Connected + Unpin + Send + 'static,
+    {
+        let Self { store, driver, handle, settings } = self;
         let close = CancellationToken::new();
-        let serving = serve(listener, handle.clone(), store, settings, close.clone());
+        let serving = serve(incoming, handle.clone(), store, settings, close.clone());
         let mut serving = std::pin::pin!(serving);
         let end = tokio::select! {
+            biased;
             end = driver.run(shutdown) => end,
             served = &mut serving => {
                 served?;

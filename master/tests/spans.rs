@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 
 use selftalk::driver::RunEnd;
 use selftalk::master::Master;
-use selftalk::service::Settings;
+use selftalk::service::{Settings, connections};
 use selftalk::store::{MemoryStore, Store};
 use selftalk_sim::{Experiment, fingerprint};
 use selftalk_worker::Config;
@@ -40,11 +40,11 @@ async fn generations_commits_and_workers_are_spans() {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let address = listener.local_addr().unwrap();
     let settings = Settings::new(fingerprint().unwrap());
-    let master = Master::prepare(store, &[stored], listener, settings).await.unwrap();
+    let master = Master::prepare(store, &[stored], settings).await.unwrap();
     let mut config = Config::new(format!("http://{address}"), fingerprint().unwrap());
     config.slots = 1;
     let worker = tokio::spawn(selftalk_worker::run(config, CancellationToken::new()));
-    assert_eq!(master.run(CancellationToken::new()).await.unwrap(), RunEnd::Finished);
+    assert_eq!(master.run(connections(listener), CancellationToken::new()).await.unwrap(), RunEnd::Finished);
     worker.await.unwrap().unwrap();
     let names = names.0.lock().unwrap();
     let count = |name| names.iter().filter(|other| **other == name).count();

@@ -11,6 +11,7 @@ pub mod controller;
 pub mod experiment;
 mod fingerprint;
 pub mod genotype;
+mod null;
 pub mod physics;
 pub mod robot;
 pub mod scene;

@@ -7,9 +7,10 @@ use thiserror::Error;
 
 use crate::behaviours::{Behaviour, StartError, Starts};
 use crate::controller::{Layout, Network};
-use crate::experiment::{Experiment, Task};
+use crate::experiment::{Engine, Experiment, Task};
 use crate::genotype::{Genotype, GenotypeError};
-use crate::physics::{self, Instructions, Observation};
+use crate::null::Null;
+use crate::physics::{self, EngineError, Instructions, Observation};
 use crate::robot::{RobotError, RobotModel};
 use crate::situation::{self, Case, Draw, Situation};
 use crate::trial::{Frame, Setup, Trial, TrialOutcome};
@@ -36,6 +37,9 @@ pub enum SimError {
         /// How many there are.
         trials: u32,
     },
+    /// There is no engine, or none that simulates anything that could be looked at.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
     /// The shipped robot is damaged.
     #[error(transparent)]
     Robot(#[from] RobotError),
@@ -161,6 +165,9 @@ impl Simulator {
         mut done: impl FnMut(T, TrialOutcome),
     ) -> Result<(), SimError> {
         let Setup { experiment, robot, .. } = self.setup.as_ref();
+        if experiment.engine == Engine::Null {
+            return self.invent(next, done);
+        }
         let mut engine = physics::engine(robot, experiment, self.instructions)?;
         let mut lanes: Vec<Option<(Trial<'_>, T)>> = (0..engine.lanes()).map(|_| None).collect();
         let mut decoded = Decoded::default();
@@ -212,15 +219,37 @@ impl Simulator {
         }
     }
 
+    /// What [`Simulator::run`] does where nothing is simulated.
+    fn invent<T>(
+        &self,
+        next: impl FnMut() -> Option<Job<T>>,
+        mut done: impl FnMut(T, TrialOutcome),
+    ) -> Result<(), SimError> {
+        let mut null = Null::new(self.setup.experiment.seed);
+        let expected = self.gene_count();
+        for Job { genotype, case, tag } in std::iter::from_fn(next) {
+            let found = 2 * genotype.genes().len();
+            if found != 2 * expected {
+                return Err(GenotypeError::Length { expected, found }.into());
+            }
+            self.check(case)?;
+            done(tag, null.outcome(&genotype, case));
+        }
+        Ok(())
+    }
+
     fn situation(&self, case: Case) -> Result<Situation, SimError> {
+        self.check(case)?;
+        Ok(Situation::new(&self.setup.experiment, case))
+    }
+
+    /// Whether there is such a trial.
+    fn check(&self, case: Case) -> Result<(), SimError> {
         let (trial, trials) = match case {
             Case::Drawn { trial, .. } => (trial, self.trial_count()),
             Case::Grid { number } => (number, Case::GRID_TRIALS),
         };
-        if trial >= trials {
-            return Err(SimError::Trial { trial, trials });
-        }
-        Ok(Situation::new(&self.setup.experiment, case))
+        if trial < trials { Ok(()) } else { Err(SimError::Trial { trial, trials }) }
     }
 }
 

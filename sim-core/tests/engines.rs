@@ -88,7 +88,7 @@ fn finger_joints_beyond_their_stops_come_back_alike() {
             *angle = if upper { joint.upper + 0.02 } else { joint.lower - 0.02 };
         }
         let placement = Placement { angles, targets: angles, object: AWAY, orientation: UPRIGHT };
-        let [a, b] = Kind::ALL.map(|kind| course(kind, 32, &placement, &angles, 4));
+        let [a, b] = [Kind::Lockstep, Kind::Rapier].map(|kind| course(kind, 32, &placement, &angles, 4));
         let beyond = |i: usize, angle: f64| angle - angle.clamp(robot.joints[i].lower, robot.joints[i].upper);
         assert!(a[0].angles.iter().enumerate().any(|(i, angle)| beyond(i, *angle).abs() > 0.001), "{a:?}");
         assert!(a[3].angles.iter().enumerate().all(|(i, angle)| beyond(i, *angle).abs() < 0.003), "{a:?}");

@@ -15,6 +15,7 @@ mod http;
 mod outcome;
 mod place;
 mod process;
+pub mod simulation;
 
 use std::time::{Duration, Instant};
 

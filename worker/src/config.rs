@@ -40,6 +40,12 @@ impl Config {
         }
     }
 
+    /// The same with an instance of the caller's choice, for a network that plays out in the same way every time.
+    #[must_use]
+    pub fn with_instance(self, instance: u64) -> Self {
+        Self { instance, ..self }
+    }
+
     /// Tells this worker from all others; it stays the same when the worker reconnects.
     #[must_use]
     pub fn instance(&self) -> u64 {

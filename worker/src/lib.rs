@@ -6,6 +6,7 @@
 
 mod backoff;
 mod config;
+mod dial;
 mod error;
 mod queue;
 mod session;
@@ -14,17 +15,18 @@ mod slots;
 mod usage;
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use backoff::Backoff;
 use selftalk_proto::UnitResult;
 use session::{Ended, Session};
 use slots::Slots;
 use tokio::sync::mpsc;
-use tokio::time::sleep;
+use tokio::time::{Instant, sleep};
 use tokio_util::sync::CancellationToken;
 
 pub use config::{Config, available_cores};
+pub use dial::{Dial, over_tcp};
 pub use error::WorkerError;
 
 /// Even the last attempt to reach a master at first has this long.
@@ -49,10 +51,31 @@ pub enum End {
 pub async fn run(config: Config, shutdown: CancellationToken) -> Result<End, WorkerError> {
     let (results, outbox) = mpsc::unbounded_channel::<UnitResult>();
     let slots = Slots::start(config.slots, results).map_err(WorkerError::Threads)?;
-    let mut session = Session::new(&config, Arc::clone(slots.queue()), outbox, shutdown.clone())?;
+    let mut session = Session::new(&config, over_tcp(), Arc::clone(slots.queue()), outbox, shutdown.clone())?;
     let ended = keep_connected(&config, &mut session, &shutdown).await;
     slots.stop().await;
     ended
+}
+
+/// The same without threads and over lines that `dial` opens: the trials run in the caller's task, those of a unit every
+/// `pace`. For simulated networks, in which nothing may happen outside, and for crowds of workers in one process.
+///
+/// # Errors
+/// As [`run`].
+pub async fn run_in_task(
+    config: Config,
+    dial: Dial,
+    pace: Duration,
+    shutdown: CancellationToken,
+) -> Result<End, WorkerError> {
+    let (results, outbox) = mpsc::unbounded_channel::<UnitResult>();
+    let queue = Arc::default();
+    let mut session = Session::new(&config, dial, Arc::clone(&queue), outbox, shutdown.clone())?;
+    tokio::select! {
+        biased;
+        ended = keep_connected(&config, &mut session, &shutdown) => ended,
+        never = slots::work_in_task(&queue, &results, pace) => match never {},
+    }
 }
 
 async fn keep_connected(
@@ -91,8 +114,9 @@ async fn keep_connected(
         }
         first = false;
         tokio::select! {
-            () = sleep(pause) => {}
+            biased;
             () = shutdown.cancelled() => return Ok(End::Stopped),
+            () = sleep(pause) => {}
         }
     }
 }

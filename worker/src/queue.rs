@@ -102,14 +102,17 @@ impl Queue {
             if state.stopped {
                 return None;
             }
-            let count = state.lines.len();
-            let first = last.map_or(0, |study| study.0 + 1);
-            let next = (first..first + count).map(|study| study % count);
-            if let Some(study) = next.into_iter().find(|study| !state.lines[*study].waiting.is_empty()) {
-                return Some((Study(study), state.lines[study].simulator.clone()));
+            if let Some(found) = state.turn(last) {
+                return Some(found);
             }
             state = self.filled.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
+    }
+
+    /// The same without waiting: none as well when there is nothing to do.
+    pub(crate) fn look(&self, last: Option<Study>) -> Option<(Study, Simulator)> {
+        let state = lock(&self.state);
+        if state.stopped { None } else { state.turn(last) }
     }
 
     /// The next trial of an experiment, with its unit and its number, if there is one at the moment.
@@ -169,6 +172,15 @@ impl Queue {
 }
 
 impl State {
+    /// The next experiment after `last` in turn for which there is something to do.
+    fn turn(&self, last: Option<Study>) -> Option<(Study, Simulator)> {
+        let count = self.lines.len();
+        let first = last.map_or(0, |study| study.0 + 1);
+        let mut turns = (first..first + count).map(|study| study % count);
+        let study = turns.find(|study| !self.lines[*study].waiting.is_empty())?;
+        Some((Study(study), self.lines[study].simulator.clone()))
+    }
+
     fn retain_live(&mut self) {
         let Self { lines, live, .. } = self;
         for line in lines {

@@ -18,6 +18,7 @@ use tonic::transport::Endpoint;
 use tonic::{Code, Request, Status, Streaming};
 
 use crate::config::{Config, host};
+use crate::dial::Dial;
 use crate::error::{WorkerError, chain};
 use crate::queue::{Queue, Study, Task};
 
@@ -48,6 +49,7 @@ pub(crate) enum Ended {
 /// What outlives a connection.
 pub(crate) struct Session {
     endpoint: Endpoint,
+    dial: Dial,
     hello: Hello,
     master: String,
     token: Option<Token>,
@@ -83,6 +85,7 @@ impl From<WorkerError> for Stop {
 impl Session {
     pub(crate) fn new(
         config: &Config,
+        dial: Dial,
         queue: Arc<Queue>,
         outbox: mpsc::UnboundedReceiver<UnitResult>,
         shutdown: CancellationToken,
@@ -118,7 +121,7 @@ impl Session {
         };
         let (recent, studies) = Default::default();
         let token = config.token.clone();
-        Ok(Self { endpoint, hello, master, token, queue, outbox, recent, studies, shutdown })
+        Ok(Self { endpoint, dial, hello, master, token, queue, outbox, recent, studies, shutdown })
     }
 
     /// Connects, for at most `limit`, and works until the line is cut, the master has finished or the worker is told
@@ -126,9 +129,10 @@ impl Session {
     pub(crate) async fn run(&mut self, limit: Duration) -> Result<Ended, WorkerError> {
         let shutdown = self.shutdown.clone();
         let connected = tokio::select! {
+            biased;
+            () = shutdown.cancelled() => return Ok(Ended::Stopped),
             connected = self.connect() => connected,
             () = sleep(limit) => Err(Stop::Cut("the master does not answer".to_owned())),
-            () = shutdown.cancelled() => return Ok(Ended::Stopped),
         };
         let (stop, welcomed) = match connected {
             Ok(mut line) => match self.work(&mut line).await {
@@ -144,7 +148,7 @@ impl Session {
     }
 
     async fn connect(&mut self) -> Result<Line, Stop> {
-        let channel = self.endpoint.connect().await.map_err(|error| Stop::Cut(chain(&error)))?;
+        let channel = (self.dial)(self.endpoint.clone()).await.map_err(|error| Stop::Cut(chain(&error)))?;
         let mut client = EvaluationClient::new(channel)
             .max_decoding_message_size(MESSAGE_LIMIT)
             .max_encoding_message_size(MESSAGE_LIMIT);
@@ -198,21 +202,24 @@ impl Session {
         let shutdown = self.shutdown.clone();
         let mut results = Vec::new();
         loop {
+            // In an order, so that a simulated network plays out in the same way every time. Nothing starves: what
+            // comes first is rarely ready, and there is an end to what a worker has in hand.
             tokio::select! {
+                biased;
+                () = shutdown.cancelled() => {
+                    self.say_goodbye(line).await;
+                    return Ok(Ended::Stopped);
+                }
+                _ = line.heartbeat.tick() => send(&line.sender, FromWorker::Heartbeat).await?,
+                count = self.outbox.recv_many(&mut results, 64), if !self.outbox.is_closed() => {
+                    tracing::trace!(count, "results");
+                    self.hand_in(line, std::mem::take(&mut results)).await?;
+                }
                 message = line.inbound.message() => {
                     let message = self.message(message)?;
                     if let Some(ended) = self.obey(line, message)? {
                         return Ok(ended);
                     }
-                }
-                count = self.outbox.recv_many(&mut results, 64), if !self.outbox.is_closed() => {
-                    tracing::trace!(count, "results");
-                    self.hand_in(line, std::mem::take(&mut results)).await?;
-                }
-                _ = line.heartbeat.tick() => send(&line.sender, FromWorker::Heartbeat).await?,
-                () = shutdown.cancelled() => {
-                    self.say_goodbye(line).await;
-                    return Ok(Ended::Stopped);
                 }
             }
         }

@@ -2,13 +2,16 @@
 
 use std::any::Any;
 use std::cell::RefCell;
+use std::convert::Infallible;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use selftalk_proto::{Answer, UnitResult};
 use selftalk_sim::Simulator;
 use tokio::sync::mpsc::UnboundedSender;
+use tokio::time::sleep;
 
 use crate::queue::{Queue, Study, Task};
 use crate::usage::Usage;
@@ -57,14 +60,36 @@ fn work(queue: &Queue, results: &UnboundedSender<UnitResult>) {
     let mut usage = Usage::default();
     let mut last = None;
     while let Some((study, simulator)) = queue.wait(last) {
-        usage.measure(|| simulate(queue, study, &simulator, results));
+        usage.measure(|| simulate(queue, study, &simulator, results, usize::MAX));
         last = Some(study);
     }
     usage.report();
 }
 
-/// Runs trials of one experiment for as long as there are any.
-fn simulate(queue: &Queue, study: Study, simulator: &Simulator, results: &UnboundedSender<UnitResult>) {
+/// What a slot does, in the caller's task: every `pace` as many trials as a unit has.
+pub(crate) async fn work_in_task(
+    queue: &Queue,
+    results: &UnboundedSender<UnitResult>,
+    pace: Duration,
+) -> Infallible {
+    let mut last = None;
+    loop {
+        sleep(pace).await;
+        if let Some((study, simulator)) = queue.look(last) {
+            simulate(queue, study, &simulator, results, simulator.trial_count() as usize);
+            last = Some(study);
+        }
+    }
+}
+
+/// Runs trials of one experiment for as long as there are any, and no more than `most`.
+fn simulate(
+    queue: &Queue,
+    study: Study,
+    simulator: &Simulator,
+    results: &UnboundedSender<UnitResult>,
+    most: usize,
+) {
     let answer = |task: &Arc<Task>, answer| {
         if queue.close(task) {
             // Nobody listens only when the worker ends.
@@ -72,7 +97,9 @@ fn simulate(queue: &Queue, study: Study, simulator: &Simulator, results: &Unboun
         }
     };
     let lanes: RefCell<Vec<Arc<Task>>> = RefCell::default();
+    let mut left = most;
     let next = || {
+        left = left.checked_sub(1)?;
         let job = queue.next(study)?;
         lanes.borrow_mut().push(Arc::clone(&job.tag.0));
         Some(job)

@@ -19,7 +19,7 @@ use crate::dashboard::Live;
 use crate::driver::{DriverError, RunEnd};
 use crate::exit::{Exit, Failure};
 use crate::master::{Master, MasterError};
-use crate::service::Settings;
+use crate::service::{Settings, connections};
 use crate::store::{SqliteStore, Store, StoredExperiment};
 
 /// Where the workers come from.
@@ -104,7 +104,7 @@ async fn run(
     let address = listener.local_addr().map_err(|error| Failure::new(Exit::Network, error))?;
     let fingerprint = selftalk_sim::fingerprint()?;
     let settings = Settings { token, tls, audit, ..Settings::new(fingerprint.as_str()) };
-    let master = Master::prepare(store, experiments, listener, settings).await.map_err(failure)?;
+    let master = Master::prepare(store, experiments, settings).await.map_err(failure)?;
     if let Some((dashboard, global)) = shown {
         let live = Live { board: master.board(), floor: master.floor() };
         dashboard.show(&global.db, &fingerprint, Some(live)).await;
@@ -112,7 +112,7 @@ async fn run(
     let progress = Progress::show(master.board(), master.crew(), overall);
     let shutdown = signal.token().child_token();
     let mut crew = Crew::hire(here, &format!("http://{address}"), &fingerprint, &shutdown);
-    let mut run = std::pin::pin!(master.run(shutdown.clone()));
+    let mut run = std::pin::pin!(master.run(connections(listener), shutdown.clone()));
     let mut strike = None;
     let end = loop {
         tokio::select! {

@@ -124,6 +124,7 @@ impl<S: Store> Driver<S> {
         }
         loop {
             tokio::select! {
+                biased;
                 ended = field.next() => match ended {
                     Some(ended) => field.conclude(ended).await?,
                     None => {

@@ -18,7 +18,7 @@ use tokio_stream::wrappers::ReceiverStream;
 
 use super::*;
 use crate::master::{Master, MasterError};
-use crate::service::{Crew, Settings};
+use crate::service::{Crew, Settings, connections};
 use crate::store::{GenerationRecord, HistoryDigest, SqliteStore, WorkerId};
 
 const ANYWHERE: &str = "127.0.0.1:0";
@@ -60,9 +60,9 @@ impl Site {
             audit,
             ..Settings::new(selftalk_sim::fingerprint().unwrap())
         };
-        let master = Master::prepare(Arc::clone(&store), &[stored], listener, settings).await.unwrap();
+        let master = Master::prepare(Arc::clone(&store), &[stored], settings).await.unwrap();
         let (board, crew, shutdown) = (master.board(), master.crew(), CancellationToken::new());
-        let run = tokio::spawn(master.run(shutdown.clone()));
+        let run = tokio::spawn(master.run(connections(listener), shutdown.clone()));
         Self { store, address, board, crew, shutdown, run }
     }
 

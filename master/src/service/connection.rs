@@ -175,8 +175,9 @@ impl<S: Store> Reception<S> {
     async fn listen(&self, peer: PeerId, mut incoming: Streaming<WorkerMessage>, cut: CancellationToken) {
         let parting = loop {
             let message = tokio::select! {
-                message = incoming.message() => message,
+                biased;
                 () = cut.cancelled() => break Parting::Lost,
+                message = incoming.message() => message,
             };
             let message = match message {
                 Ok(Some(message)) => message,

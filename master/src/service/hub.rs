@@ -96,12 +96,8 @@ impl Hub {
         let mut commands = Vec::new();
         loop {
             tokio::select! {
-                count = inbox.recv_many(&mut commands, AT_ONCE) => {
-                    if count == 0 {
-                        return;
-                    }
-                    commands.drain(..).for_each(|command| self.follow(command));
-                }
+                // Time goes on in the greatest rush.
+                biased;
                 now = ticks.tick() => {
                     let passed = now.saturating_duration_since(begin).as_millis();
                     self.scheduler.handle(Event::Tick(u64::try_from(passed).unwrap_or(u64::MAX)));
@@ -109,6 +105,12 @@ impl Hub {
                         counted = now;
                         self.look(now);
                     }
+                }
+                count = inbox.recv_many(&mut commands, AT_ONCE) => {
+                    if count == 0 {
+                        return;
+                    }
+                    commands.drain(..).for_each(|command| self.follow(command));
                 }
             }
             for effect in self.scheduler.settle() {

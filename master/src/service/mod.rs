@@ -9,17 +9,20 @@ mod handle;
 mod hub;
 
 use std::future::Future;
+use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
 use selftalk_proto::v1::evaluation_server::EvaluationServer;
 use selftalk_proto::{DESCRIPTORS, MESSAGE_LIMIT, Token};
 use thiserror::Error;
-use tokio::net::TcpListener;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::{TcpListener, TcpStream};
 use tokio::time::timeout;
-use tokio_stream::StreamExt;
 use tokio_stream::wrappers::TcpListenerStream;
+use tokio_stream::{Stream, StreamExt};
 use tokio_util::sync::CancellationToken;
+use tonic::transport::server::Connected;
 use tonic::transport::{Server, ServerTlsConfig};
 
 use crate::store::Store;
@@ -76,18 +79,31 @@ pub enum ServiceError {
     Description(#[from] tonic_reflection::server::Error),
 }
 
-/// Receives workers on `listener` until `shutdown` is cancelled. To be called after [`Handle::farewell`], so that the
-/// workers know what to expect.
+/// The connections that come in at a port.
+pub fn connections(listener: TcpListener) -> impl Stream<Item = io::Result<TcpStream>> {
+    TcpListenerStream::new(listener).map(|stream| {
+        let stream = stream?;
+        // A worker sends many small messages; each is to be seen at once.
+        stream.set_nodelay(true)?;
+        Ok(stream)
+    })
+}
+
+/// Receives workers from the connections that come `incoming`, see [`connections`], until `shutdown` is cancelled. To be
+/// called after [`Handle::farewell`], so that the workers know what to expect.
 ///
 /// # Errors
-/// [`ServiceError`] when the listener fails.
-pub async fn serve<S: Store>(
-    listener: TcpListener,
+/// [`ServiceError`] when no connections can come in any more.
+pub async fn serve<S: Store, C>(
+    incoming: impl Stream<Item = io::Result<C>>,
     handle: Handle,
     store: Arc<S>,
     settings: Settings,
     shutdown: CancellationToken,
-) -> Result<(), ServiceError> {
+) -> Result<(), ServiceError>
+where
+    C: AsyncRead + AsyncWrite + Connected + Unpin + Send + 'static,
+{
     let mut server = Server::builder();
     if let Some(tls) = &settings.tls {
         // A peer that does not get through the handshake is not kept waiting for.
@@ -105,12 +121,6 @@ pub async fn serve<S: Store>(
     let service = EvaluationServer::new(door)
         .max_decoding_message_size(MESSAGE_LIMIT)
         .max_encoding_message_size(MESSAGE_LIMIT);
-    // A worker sends many small messages; each is to be seen at once.
-    let incoming = TcpListenerStream::new(listener).map(|stream| {
-        let stream = stream?;
-        stream.set_nodelay(true)?;
-        Ok::<_, std::io::Error>(stream)
-    });
     let serving = server
         .http2_keepalive_interval(Some(KEEPALIVE))
         .http2_keepalive_timeout(Some(KEEPALIVE))
@@ -135,6 +145,7 @@ pub async fn serve<S: Store>(
 /// What `future` comes to, unless `limit` is over before.
 async fn first<T>(future: impl Future<Output = T>, limit: impl Future<Output = ()>) -> Option<T> {
     tokio::select! {
+        biased;
         value = future => Some(value),
         () = limit => None,
     }

@@ -14,11 +14,13 @@ pub enum Engine {
     Lockstep,
     /// One trial at a time in rapier, a general engine of rigid bodies: slow, the reference.
     Rapier,
+    /// None: outcomes that cost nothing and mean nothing, to test and measure all that is around the simulator.
+    Null,
 }
 
 impl Engine {
     /// All engines.
-    pub const ALL: [Self; 2] = [Self::Lockstep, Self::Rapier];
+    pub const ALL: [Self; 3] = [Self::Lockstep, Self::Rapier, Self::Null];
 
     /// The name in the experiment file.
     #[must_use]
@@ -26,15 +28,16 @@ impl Engine {
         match self {
             Self::Lockstep => "lockstep",
             Self::Rapier => "rapier",
+            Self::Null => "null",
         }
     }
 
-    /// The one that is not this one.
+    /// The one to check this one with.
     #[must_use]
     pub const fn other(self) -> Self {
         match self {
             Self::Lockstep => Self::Rapier,
-            Self::Rapier => Self::Lockstep,
+            Self::Rapier | Self::Null => Self::Lockstep,
         }
     }
 }

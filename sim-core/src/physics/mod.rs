@@ -3,6 +3,8 @@
 mod lockstep;
 mod rapier;
 
+use thiserror::Error;
+
 use crate::experiment;
 use crate::robot::{JOINTS, RobotError, RobotModel};
 
@@ -95,17 +97,29 @@ pub trait Engine {
     fn observe(&self, lane: usize) -> Observation;
 }
 
+/// Why there is no engine.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum EngineError {
+    /// The robot lacks a part the engine needs.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// The experiment asks for none.
+    #[error("engine = \"null\" runs no trials, so there is nothing to be seen of one; expected another engine")]
+    Null,
+}
+
 /// The engine an experiment asks for. The instruction set matters to the lockstep engine alone.
 ///
 /// # Errors
-/// [`RobotError`] when the robot lacks a part the engine needs.
+/// [`EngineError`] when the robot lacks a part the engine needs, or the experiment asks for none.
 pub fn engine(
     robot: &RobotModel,
     experiment: &experiment::Experiment,
     instructions: Instructions,
-) -> Result<Box<dyn Engine>, RobotError> {
+) -> Result<Box<dyn Engine>, EngineError> {
     match experiment.engine {
-        experiment::Engine::Lockstep => lockstep::engine(robot, &experiment.physics, instructions),
-        experiment::Engine::Rapier => rapier::engine(robot, &experiment.physics),
+        experiment::Engine::Lockstep => Ok(lockstep::engine(robot, &experiment.physics, instructions)?),
+        experiment::Engine::Rapier => Ok(rapier::engine(robot, &experiment.physics)?),
+        experiment::Engine::Null => Err(EngineError::Null),
     }
 }

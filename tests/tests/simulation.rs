@@ -1,0 +1,69 @@
+//! The real master and workers in a simulated network that goes wrong in every way: the history is the undisturbed one.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+
+use selftalk_tests::simulation::{Course, disturbed, undisturbed};
+
+/// Seeds of an ordinary run of the tests.
+const SEEDS: u64 = 500;
+
+/// Runs seeds on all cores and returns what was done to hosts and lines altogether, and the seeds that went wrong.
+fn play(seeds: std::ops::Range<u64>) -> (u64, BTreeSet<(u64, String)>) {
+    let expected = undisturbed().digests;
+    let (next, faults) = (AtomicU64::new(seeds.start), AtomicU64::new(0));
+    let work = || {
+        let mut wrong = BTreeSet::new();
+        loop {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if seed >= seeds.end {
+                return wrong;
+            }
+            match disturbed(seed) {
+                Ok(Course { digests, .. }) if digests != expected => {
+                    wrong.insert((seed, "the history is another one".to_owned()));
+                }
+                Ok(course) => {
+                    faults.fetch_add(course.faults as u64, Ordering::Relaxed);
+                }
+                Err(error) => {
+                    wrong.insert((seed, error));
+                }
+            }
+        }
+    };
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    let wrong = thread::scope(|scope| {
+        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().flat_map(|thread| thread.join().expect("no panic")).collect()
+    });
+    (faults.into_inner(), wrong)
+}
+
+#[test]
+fn the_history_is_the_same_whatever_happens_to_hosts_and_lines() {
+    let (faults, wrong) = play(0..SEEDS);
+    assert!(wrong.is_empty(), "of {SEEDS} seeds, these went wrong: {wrong:#?}");
+    assert!(faults > SEEDS, "{faults} faults in {SEEDS} simulations");
+}
+
+/// `SELFTALK_SEEDS` says how many, 100 000 otherwise.
+#[test]
+#[ignore = "takes a night"]
+fn the_history_is_the_same_for_a_night_of_seeds() {
+    let count = std::env::var("SELFTALK_SEEDS").map_or(100_000, |count| count.parse().expect("a number"));
+    let (faults, wrong) = play(SEEDS..SEEDS + count);
+    println!("{count} seeds, {faults} faults");
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn a_seed_plays_out_in_the_same_way_every_time() {
+    for seed in 0..5 {
+        let (once, again) = (disturbed(seed), disturbed(seed));
+        assert_eq!(once, again, "seed {seed}");
+        let commits = once.expect("an end").events.iter().filter(|event| event.contains("generation")).count();
+        assert_eq!(commits, 10);
+    }
+}
