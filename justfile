@@ -37,11 +37,11 @@ referee: _mujoco
 compare: _mujoco
     cargo bench -p selftalk-sim --bench comparison
 
-# What is taken away, read by the programs it is for (needs Python 3.11 or later)
+# What is taken away and what is deployed, read by the programs it is for (needs Python 3.11 or later)
 readers:
     python3 -m venv target/readers
     target/readers/bin/pip install --quiet --requirement tests/readers.txt
-    SELFTALK_PYTHON="$PWD/target/readers/bin/python" cargo test -p selftalk-tests --test export --test replay -- --nocapture
+    SELFTALK_PYTHON="$PWD/target/readers/bin/python" cargo test -p selftalk-tests --test deploy --test export --test hostile --test replay -- --nocapture
 
 # Licences, sources and known vulnerabilities of the dependencies (needs cargo-deny)
 deny:

@@ -93,6 +93,7 @@ fn every_command_prints_the_fields_that_are_documented() {
         ("verify", "--experiment small --best"),
         ("verify --results", "kept"),
         ("export", "--out tables --individuals best"),
+        ("backup", "copy.db"),
         ("digest", ""),
     ];
     let documented = documented();

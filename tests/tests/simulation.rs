@@ -63,7 +63,8 @@ fn a_seed_plays_out_in_the_same_way_every_time() {
     for seed in 0..5 {
         let (once, again) = (disturbed(seed), disturbed(seed));
         assert_eq!(once, again, "seed {seed}");
-        let commits = once.expect("an end").events.iter().filter(|event| event.contains("generation")).count();
+        let commits =
+            once.expect("an end").events.iter().filter(|event| event.contains("generation")).count();
         assert_eq!(commits, 10);
     }
 }

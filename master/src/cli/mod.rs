@@ -2,6 +2,7 @@
 
 mod ancestors;
 pub mod args;
+pub mod backup;
 pub mod battery;
 mod behaviours;
 mod choose;
@@ -65,6 +66,7 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Report(args) => report::run(args, &global).await,
         Command::Reproduce(args) => reproduce::run(args, &global).await,
         Command::Export(args) => export::run(args, &global).await,
+        Command::Backup(args) => backup::run(args, &global).await,
         Command::Digest(args) => digest::run(args, &global).await,
         Command::Keys(args) => keys::run(&args),
         Command::Completions(args) => completions::run(&args),

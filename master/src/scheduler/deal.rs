@@ -1,7 +1,5 @@
 //! Giving out units.
 
-use std::collections::VecDeque;
-
 use selftalk_proto::UnitKey;
 
 use super::{Effect, Open, Peer, PeerId, Scheduler};
@@ -15,15 +13,12 @@ impl Scheduler {
             self.suspects.clear();
             return;
         }
-        while let Some(peer) = self.roomiest(|peer| !peer.under_suspicion()) {
-            let Some(key) = self.next(true) else { break };
-            self.lease(peer, &[key], true);
-        }
+        self.deal_suspects();
         let slots: usize = self.peers.values().map(Peer::slots).sum();
         while let Some(peer) = self.roomiest(|_| true) {
             // Small batches towards the end, so that the workers finish together.
             let size = (self.waiting / (4 * slots.max(1))).clamp(1, self.limits.batch.max(1));
-            let keys: Vec<UnitKey> = std::iter::from_fn(|| self.next(false)).take(size).collect();
+            let keys: Vec<UnitKey> = std::iter::from_fn(|| self.next()).take(size).collect();
             if keys.is_empty() {
                 break;
             }
@@ -31,7 +26,30 @@ impl Scheduler {
         }
     }
 
-    /// Gives units that take long to a second worker if that is idle and nothing is waiting.
+    /// Gives each suspect unit to a worker that holds no other, and has not failed at it as long as there is one that
+    /// has not.
+    fn deal_suspects(&mut self) {
+        for key in std::mem::take(&mut self.suspects) {
+            let Some(unit) = self.open.get(&key).filter(|unit| unit.queued) else { continue };
+            if !unit.suspect() {
+                // Cleared meanwhile.
+                self.fresh.push_front(key);
+                continue;
+            }
+            let untried = self.peers.values().any(|peer| unit.is_new_to(peer));
+            let eligible = |peer: &Peer| !peer.under_suspicion() && (unit.is_new_to(peer) || !untried);
+            match self.roomiest(eligible) {
+                Some(peer) => {
+                    self.take(key);
+                    self.lease(peer, &[key], true);
+                }
+                None => self.suspects.push_back(key),
+            }
+        }
+    }
+
+    /// Gives units that take long to a second worker if that is idle and nothing is waiting, and to yet another one after
+    /// twice as long: those who have them may all hang.
     pub(super) fn double_stragglers(&mut self) {
         if self.waiting > 0 || self.open.is_empty() {
             return;
@@ -41,8 +59,13 @@ impl Scheduler {
         if idle.is_empty() {
             return;
         }
+        // Those who have not answered for the longest are asked last.
+        idle.sort_by_key(|id| std::cmp::Reverse(self.peers.get(id).map_or(0, |peer| peer.missed)));
         let (now_ms, limit) = (self.now_ms, self.limits.straggler_ms);
-        let late = |unit: &Open| unit.holders.len() == 1 && now_ms - unit.leased_ms > limit;
+        let late = |unit: &Open| match unit.holders.len() {
+            0 => false,
+            count => now_ms - unit.leased_ms > limit << (count - 1).min(16),
+        };
         let mut late: Vec<(u64, UnitKey, bool)> = self
             .open
             .iter()
@@ -51,14 +74,19 @@ impl Scheduler {
             .collect();
         late.sort_unstable();
         for (_, key, suspect) in late {
-            let Some(peer) = idle.pop() else { break };
+            let able = |peer: &PeerId| match (self.open.get(&key), self.peers.get(peer)) {
+                (Some(unit), Some(peer)) => unit.is_new_to(peer),
+                _ => false,
+            };
+            let Some(place) = idle.iter().rposition(able) else { continue };
+            let peer = idle.remove(place);
             self.lease(peer, &[key], suspect);
         }
     }
 
     fn lease(&mut self, peer: PeerId, keys: &[UnitKey], suspect: bool) {
         let Some(holder) = self.peers.get_mut(&peer) else { return };
-        holder.hold(keys, suspect);
+        holder.hold(keys, suspect, self.now_ms);
         let mut units = Vec::with_capacity(keys.len());
         for key in keys {
             if let Some(unit) = self.open.get_mut(key) {
@@ -71,23 +99,24 @@ impl Scheduler {
         self.effects.push(Effect::Lease(peer, units));
     }
 
-    /// Takes the next waiting unit out of a queue. A unit changes queues when it becomes suspect or is cleared, and
-    /// then is named by both: each unit found in the wrong queue moves on.
-    fn next(&mut self, suspect: bool) -> Option<UnitKey> {
+    /// Takes the next unit that waits and is not suspect. A unit changes queues when it becomes suspect or is cleared, and
+    /// then is named by both: each one that is found in the wrong queue moves on.
+    fn next(&mut self) -> Option<UnitKey> {
         loop {
-            let queue: &mut VecDeque<UnitKey> = if suspect { &mut self.suspects } else { &mut self.fresh };
-            let key = queue.pop_front()?;
-            let Some(unit) = self.open.get_mut(&key).filter(|unit| unit.queued) else { continue };
-            if unit.suspect() == suspect {
-                unit.queued = false;
-                self.waiting -= 1;
+            let key = self.fresh.pop_front()?;
+            let Some(unit) = self.open.get(&key).filter(|unit| unit.queued) else { continue };
+            if !unit.suspect() {
+                self.take(key);
                 return Some(key);
             }
-            if suspect {
-                self.fresh.push_front(key);
-            } else {
-                self.suspects.push_back(key);
-            }
+            self.suspects.push_back(key);
+        }
+    }
+
+    /// A unit waits no more.
+    fn take(&mut self, key: UnitKey) {
+        if let Some(unit) = self.open.get_mut(&key) {
+            self.waiting -= usize::from(std::mem::take(&mut unit.queued));
         }
     }
 

@@ -59,6 +59,8 @@ pub enum Event {
     Lost(PeerId),
     /// A worker is alive.
     Heard(PeerId),
+    /// A worker does not take what is sent to it.
+    Stalled(PeerId),
     /// A worker has evaluated a unit.
     Answered(PeerId, UnitKey, Vec<TrialOutcome>),
     /// A worker could not evaluate a unit.
@@ -104,6 +106,12 @@ pub enum Cut {
     Replaced,
     /// An answer of its process was wrong.
     Wrong,
+    /// It is alive, and others have had to evaluate all that it was given for a long time.
+    Hanging,
+    /// It does not take what is sent to it.
+    Stalled,
+    /// It sends too much that is of no use.
+    Flooding,
 }
 
 /// How a unit ended.

@@ -8,7 +8,8 @@
 //! functions, so all answers are equal. Whether they are is looked into, see `audit.rs`. The unit of a lost worker is
 //! given out again. As a unit may have been the cause, it is *suspect* from then on: a worker never holds two suspects,
 //! so that a unit that kills workers cannot drag the same neighbours along again and again, and after [`Limits::losses`]
-//! workers it is set aside. A worker that comes back after a cut line was not killed, and clears the units it held.
+//! workers it is set aside. A worker that comes back after a cut line was not killed, and clears the units it held. One
+//! that says it cannot evaluate a unit may be the cause itself: it gets that unit again only when all others have failed.
 
 mod audit;
 mod deal;
@@ -39,8 +40,17 @@ pub struct Limits {
     pub losses: u32,
     /// Milliseconds without a word after which a worker is taken for lost.
     pub silence_ms: u64,
-    /// Milliseconds after which a unit is given to a second worker if that has nothing else to do.
+    /// Milliseconds after which a unit is given to a second worker if that has nothing else to do, and after twice as many
+    /// more to a third.
     pub straggler_ms: u64,
+    /// Milliseconds without an answer after which a worker is taken to be hanging, if others have had to evaluate ...
+    pub hanging_ms: u64,
+    /// ... so many of the units that it was given meanwhile.
+    pub missed: u32,
+    /// Messages of no use that a worker may send at once: signs of life, and answers that nobody waits for.
+    pub useless: u32,
+    /// How many more of them each second.
+    pub useless_a_second: u32,
     /// Share of answers that the master evaluates again, 0 to 1.
     pub audit_share: f64,
     /// Makes unforeseeable which.
@@ -55,6 +65,10 @@ impl Default for Limits {
             losses: 5,
             silence_ms: 10_000,
             straggler_ms: 3_000,
+            hanging_ms: 30_000,
+            missed: 4,
+            useless: 2_000,
+            useless_a_second: 100,
             audit_share: 0.0,
             audit_secret: 0,
         }
@@ -74,7 +88,7 @@ pub struct Load {
 #[derive(Debug)]
 struct Open {
     work: Arc<Work>,
-    /// Workers that have it now: none, one, or two when it is a straggler.
+    /// Workers that have it now: none, one, or more when it is a straggler.
     holders: Vec<PeerId>,
     /// Whether it waits to be given out.
     queued: bool,
@@ -83,14 +97,25 @@ struct Open {
     leased_ms: u64,
     /// Processes that were lost while they held it.
     blamed: Vec<u64>,
-    /// Workers that said they could not evaluate it.
-    failures: u32,
+    /// Processes that said they could not evaluate it, each as often as it did.
+    failed: Vec<u64>,
     reason: Option<String>,
 }
 
 impl Open {
     fn losses(&self) -> u32 {
-        self.failures + self.blamed.len() as u32
+        (self.failed.len() + self.blamed.len()) as u32
+    }
+
+    /// Processes that it was lost with.
+    fn losers(&self) -> u32 {
+        let failed: BTreeSet<&u64> = self.failed.iter().collect();
+        (failed.len() + self.blamed.len()) as u32
+    }
+
+    /// Whether a worker has yet to show whether it can evaluate it.
+    fn is_new_to(&self, peer: &Peer) -> bool {
+        !self.failed.contains(&peer.instance)
     }
 
     fn suspect(&self) -> bool {
@@ -112,6 +137,8 @@ pub struct Scheduler {
     /// Units that wait, exactly.
     waiting: usize,
     ledger: Ledger,
+    /// Processes that sent signs of life and no answers.
+    hanging: BTreeSet<u64>,
     effects: Vec<Effect>,
 }
 
@@ -130,7 +157,8 @@ impl Scheduler {
             Event::Joined { peer, instance, slots, holds } => self.join(peer, instance, slots, holds),
             Event::Left(peer) => self.remove(peer, false),
             Event::Lost(peer) => self.remove(peer, true),
-            Event::Heard(peer) => self.heard(peer),
+            Event::Heard(peer) => self.bear(peer),
+            Event::Stalled(peer) => self.disconnect(peer, Cut::Stalled, false),
             Event::Answered(peer, key, outcomes) => self.answer(peer, key, outcomes),
             Event::Failed(peer, key, reason) => self.fail(peer, key, reason),
             Event::Audited { instance, serial, right: true } => self.ledger.right(instance, serial),
@@ -188,7 +216,7 @@ impl Scheduler {
             attempts: 0,
             leased_ms: 0,
             blamed: Vec::new(),
-            failures: 0,
+            failed: Vec::new(),
             reason: None,
         };
         self.open.insert(key, unit);
@@ -196,8 +224,13 @@ impl Scheduler {
     }
 
     fn join(&mut self, peer: PeerId, instance: u64, slots: u32, holds: Vec<UnitKey>) {
-        if self.ledger.is_expelled(instance) {
-            self.effects.push(Effect::Disconnect(peer, Cut::Wrong));
+        let unwelcome = match instance {
+            _ if self.ledger.is_expelled(instance) => Some(Cut::Wrong),
+            _ if self.hanging.contains(&instance) => Some(Cut::Hanging),
+            _ => None,
+        };
+        if let Some(why) = unwelcome {
+            self.effects.push(Effect::Disconnect(peer, why));
             return;
         }
         let earlier = self.peers.iter().find(|(_, other)| other.instance == instance).map(|(id, _)| *id);
@@ -217,7 +250,7 @@ impl Scheduler {
                     unit.holders.push(peer);
                     unit.attempts += 1;
                     unit.leased_ms = self.now_ms;
-                    joined.hold(&[key], unit.suspect());
+                    joined.hold(&[key], unit.suspect(), self.now_ms);
                 }
                 _ => unwanted.push(key),
             }
@@ -258,9 +291,24 @@ impl Scheduler {
         }
     }
 
+    fn disconnect(&mut self, peer: PeerId, why: Cut, blame: bool) {
+        if self.peers.contains_key(&peer) {
+            self.effects.push(Effect::Disconnect(peer, why));
+            self.remove(peer, blame);
+        }
+    }
+
     fn heard(&mut self, peer: PeerId) {
         if let Some(peer) = self.peers.get_mut(&peer) {
             peer.heard_ms = self.now_ms;
+        }
+    }
+
+    /// Bears with a message that is of no use beyond being a sign of life, as long as there are not too many of them.
+    fn bear(&mut self, id: PeerId) {
+        self.heard(id);
+        if self.peers.get_mut(&id).is_some_and(|peer| !peer.bear(self.now_ms, &self.limits)) {
+            self.disconnect(id, Cut::Flooding, false);
         }
     }
 
@@ -268,11 +316,14 @@ impl Scheduler {
         self.heard(peer);
         // Of one that is not connected any more it could not be told who it was. It says it again when it is back.
         let Some(instance) = self.peers.get(&peer).map(|peer| peer.instance) else { return };
-        let Some(unit) = self.open.get(&key) else { return };
+        let Some(unit) = self.open.get(&key) else { return self.bear(peer) };
         let expected = unit.work.trials.len();
         if outcomes.len() != expected {
             let reason = format!("{} outcomes for {expected} trials", outcomes.len());
             return self.fail(peer, key, reason);
+        }
+        if let Some(peer) = self.peers.get_mut(&peer) {
+            peer.answers(self.now_ms);
         }
         let claim = self.ledger.note(instance, &unit.work, &outcomes);
         self.effects.extend(claim.map(Effect::Audit));
@@ -281,10 +332,16 @@ impl Scheduler {
 
     fn fail(&mut self, peer: PeerId, key: UnitKey, reason: String) {
         self.heard(peer);
-        let held = self.peers.get_mut(&peer).is_some_and(|peer| peer.release(key));
-        let Some(unit) = self.open.get_mut(&key).filter(|_| held) else { return };
+        let holder = self.peers.get_mut(&peer).filter(|peer| peer.holds(key));
+        let instance = holder.map(|holder| {
+            holder.release(key);
+            holder.instance
+        });
+        let (Some(unit), Some(instance)) = (self.open.get_mut(&key), instance) else {
+            return self.bear(peer);
+        };
         unit.holders.retain(|holder| *holder != peer);
-        unit.failures += 1;
+        unit.failed.push(instance);
         unit.reason = Some(reason);
         self.requeue(key);
     }
@@ -293,7 +350,8 @@ impl Scheduler {
     fn requeue(&mut self, key: UnitKey) {
         let Some(unit) = self.open.get_mut(&key).filter(|unit| unit.holders.is_empty()) else { return };
         let losses = unit.losses();
-        if losses >= self.limits.losses {
+        let hopeless = || self.peers.values().all(|peer| !unit.is_new_to(peer));
+        if unit.losers() >= self.limits.losses || losses >= self.limits.losses && hopeless() {
             let reason = unit.reason.take();
             return self.end(key, None, Verdict::SetAside { losses, reason });
         }
@@ -314,15 +372,23 @@ impl Scheduler {
     fn end(&mut self, key: UnitKey, by: Option<PeerId>, verdict: Verdict) {
         let Some(unit) = self.open.remove(&key) else { return };
         self.waiting -= usize::from(unit.queued);
-        for holder in unit.holders {
-            if let Some(peer) = self.peers.get_mut(&holder) {
-                peer.release(key);
-            }
-            if Some(holder) != by {
-                self.effects.push(Effect::Cancel(holder, vec![key]));
+        let mut hanging = Vec::new();
+        for id in unit.holders {
+            let Some(holder) = self.peers.get_mut(&id) else { continue };
+            holder.release(key);
+            if Some(id) != by {
+                holder.missed += 1;
+                if holder.hangs(self.now_ms, &self.limits) {
+                    self.hanging.insert(holder.instance);
+                    hanging.push(id);
+                }
+                self.effects.push(Effect::Cancel(id, vec![key]));
             }
         }
         self.effects.push(Effect::Ended(key, verdict));
+        for peer in hanging {
+            self.disconnect(peer, Cut::Hanging, false);
+        }
     }
 
     fn tick(&mut self, now_ms: u64) {
@@ -332,8 +398,7 @@ impl Scheduler {
         let silent: Vec<PeerId> =
             self.peers.iter().filter(|(_, peer)| silent(peer)).map(|(id, _)| *id).collect();
         for peer in silent {
-            self.effects.push(Effect::Disconnect(peer, Cut::Silent));
-            self.remove(peer, true);
+            self.disconnect(peer, Cut::Silent, true);
         }
         self.double_stragglers();
     }

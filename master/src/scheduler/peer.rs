@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use selftalk_proto::UnitKey;
 
+use super::Limits;
+
 /// A connected worker and what it holds.
 #[derive(Debug)]
 pub(super) struct Peer {
@@ -11,6 +13,10 @@ pub(super) struct Peer {
     pub(super) instance: u64,
     /// When it was last heard.
     pub(super) heard_ms: u64,
+    /// Units that others have evaluated while it had them, since its last answer.
+    pub(super) missed: u32,
+    /// When it was given the first unit since then.
+    busy_ms: u64,
     slots: u32,
     /// The units it holds, with their batch and whether they are suspect.
     held: BTreeMap<UnitKey, (u64, bool)>,
@@ -18,6 +24,9 @@ pub(super) struct Peer {
     batches: BTreeMap<u64, usize>,
     suspects: usize,
     next_batch: u64,
+    /// Messages of no use that were borne with, less those that time has made up for, and when that was.
+    useless: u32,
+    useless_ms: u64,
 }
 
 impl Peer {
@@ -25,11 +34,15 @@ impl Peer {
         Self {
             instance,
             heard_ms: now_ms,
+            missed: 0,
+            busy_ms: now_ms,
             slots,
             held: BTreeMap::new(),
             batches: BTreeMap::new(),
             suspects: 0,
             next_batch: 0,
+            useless: 0,
+            useless_ms: now_ms,
         }
     }
 
@@ -39,6 +52,22 @@ impl Peer {
 
     pub(super) fn held(&self) -> impl DoubleEndedIterator<Item = UnitKey> {
         self.held.keys().copied()
+    }
+
+    pub(super) fn holds(&self, key: UnitKey) -> bool {
+        self.held.contains_key(&key)
+    }
+
+    /// Takes one more message of no use; false if there were too many.
+    pub(super) fn bear(&mut self, now_ms: u64, limits: &Limits) -> bool {
+        let passed = now_ms.saturating_sub(self.useless_ms);
+        let forgiven = passed.saturating_mul(limits.useless_a_second.into()) / 1000;
+        if forgiven > 0 {
+            self.useless = self.useless.saturating_sub(u32::try_from(forgiven).unwrap_or(u32::MAX));
+            self.useless_ms = now_ms;
+        }
+        self.useless += 1;
+        self.useless <= limits.useless
     }
 
     pub(super) fn idle(&self) -> bool {
@@ -64,8 +93,21 @@ impl Peer {
         self.held.len() * other.slots() < other.held.len() * self.slots()
     }
 
+    /// It has evaluated a unit.
+    pub(super) fn answers(&mut self, now_ms: u64) {
+        (self.missed, self.busy_ms) = (0, now_ms);
+    }
+
+    /// Whether it has missed too much for too long.
+    pub(super) fn hangs(&self, now_ms: u64, limits: &Limits) -> bool {
+        self.missed >= limits.missed && now_ms.saturating_sub(self.busy_ms) >= limits.hanging_ms
+    }
+
     /// Takes a batch of units that it does not hold yet.
-    pub(super) fn hold(&mut self, keys: &[UnitKey], suspect: bool) {
+    pub(super) fn hold(&mut self, keys: &[UnitKey], suspect: bool, now_ms: u64) {
+        if self.idle() && self.missed == 0 {
+            self.busy_ms = now_ms;
+        }
         let batch = self.next_batch;
         self.next_batch += 1;
         for key in keys {

@@ -8,7 +8,7 @@ use selftalk_proto::v1::{MasterMessage, WorkerMessage};
 use selftalk_proto::{Answer, FromMaster, FromWorker, Hello, PROTOCOL, RefusalReason, UnitResult, WireError};
 use tokio::sync::mpsc;
 use tokio::time::timeout;
-use tokio_stream::wrappers::UnboundedReceiverStream;
+use tokio_stream::wrappers::ReceiverStream;
 use tokio_stream::{Stream, StreamExt};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
@@ -16,6 +16,7 @@ use tonic::{Request, Response, Status, Streaming};
 use tracing::Instrument;
 
 use super::Settings;
+use super::gate::{Admission, admission};
 use super::handle::{Command, Handle, Line};
 use crate::scheduler::{Event, PeerId};
 use crate::store::{Store, StoreError, WorkerId, WorkerInfo};
@@ -75,14 +76,17 @@ impl<S: Store> Evaluation for Door<S> {
     ) -> Result<Response<Self::WorkStream>, Status> {
         let reception = Arc::clone(&self.reception);
         if reception.settings.token.as_ref().is_some_and(|token| !token.admits(request.metadata())) {
-            tracing::warn!(from = ?request.remote_addr(), "a worker without the token was refused");
+            let from = admission(&request).map(|admission| admission.from());
+            tracing::warn!(?from, "a worker without the token was refused");
             return Err(Status::unauthenticated(
                 "this master asks for a token, and none or another was given",
             ));
         }
-        let (outgoing, messages) = mpsc::unbounded_channel::<FromMaster>();
-        self.connections.spawn(async move { reception.attend(request.into_inner(), outgoing).await });
-        let messages = UnboundedReceiverStream::new(messages).map(|message| Ok(message.into()));
+        let admission = admission(&request);
+        let (outgoing, messages) = mpsc::channel::<FromMaster>(Line::ROOM);
+        let attend = async move { reception.attend(request.into_inner(), outgoing, admission).await };
+        self.connections.spawn(attend);
+        let messages = ReceiverStream::new(messages).map(|message| Ok(message.into()));
         Ok(Response::new(Box::pin(messages)))
     }
 }
@@ -91,13 +95,14 @@ impl<S: Store> Reception<S> {
     async fn attend(
         &self,
         mut incoming: Streaming<WorkerMessage>,
-        outgoing: mpsc::UnboundedSender<FromMaster>,
+        outgoing: mpsc::Sender<FromMaster>,
+        admission: Option<Admission>,
     ) {
         let hello = match self.greet(&mut incoming).await {
             Ok(hello) => hello,
             Err(Turned::Away(reason, text)) => {
                 tracing::warn!(text, "worker refused");
-                let _ = outgoing.send(FromMaster::Refusal { reason, text });
+                let _ = outgoing.try_send(FromMaster::Refusal { reason, text });
                 return;
             }
             Err(Turned::Gone) => return,
@@ -105,6 +110,7 @@ impl<S: Store> Reception<S> {
         let (host, pid) = (hello.host.clone(), hello.pid);
         match self.join(hello, outgoing).await {
             Ok((peer, worker, cut)) => {
+                admission.iter().for_each(Admission::grant);
                 tracing::info!(worker = worker.0, host, pid, "worker joined");
                 let span = tracing::info_span!("worker", worker = worker.0, host, pid);
                 self.listen(peer, incoming, cut).instrument(span).await;
@@ -154,7 +160,7 @@ impl<S: Store> Reception<S> {
     async fn join(
         &self,
         hello: Hello,
-        outgoing: mpsc::UnboundedSender<FromMaster>,
+        outgoing: mpsc::Sender<FromMaster>,
     ) -> Result<(PeerId, WorkerId, CancellationToken), StoreError> {
         let Hello { version, host, pid, slots, instance, holds, .. } = hello;
         // Workers of one process differ in their instance alone.
@@ -163,7 +169,7 @@ impl<S: Store> Reception<S> {
         let info = WorkerInfo { name, host, process: pid, version, slots };
         let worker = self.store.worker_joined(&info).await?;
         let heartbeat_ms = u32::try_from(self.settings.heartbeat.as_millis()).unwrap_or(u32::MAX);
-        let _ = outgoing.send(FromMaster::Welcome { worker: worker.0, heartbeat_ms });
+        let _ = outgoing.try_send(FromMaster::Welcome { worker: worker.0, heartbeat_ms });
         let peer = self.handle.next_peer();
         let cut = CancellationToken::new();
         let line = Line { outgoing, worker, name: called, host: machine, cut: cut.clone() };

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-use selftalk_proto::{FromMaster, UnitKey};
+use selftalk_proto::{FromMaster, SLOT_LIMIT, UnitKey};
 use selftalk_sim::TrialOutcome;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio_util::sync::CancellationToken;
@@ -73,13 +73,19 @@ pub(super) enum Command {
 /// The way to a connected worker.
 #[derive(Debug)]
 pub(super) struct Line {
-    pub(super) outgoing: mpsc::UnboundedSender<FromMaster>,
+    /// What it does not take soon piles up in here, up to [`Line::ROOM`] messages.
+    pub(super) outgoing: mpsc::Sender<FromMaster>,
     pub(super) worker: WorkerId,
     /// What it is called in the history: its machine and process.
     pub(super) name: Arc<str>,
     pub(super) host: Arc<str>,
     /// Cancelled to cut the connection.
     pub(super) cut: CancellationToken,
+}
+
+impl Line {
+    /// Messages that may wait to be sent to a worker: twice as many as it takes to fill up the largest one.
+    pub(super) const ROOM: usize = 4 * SLOT_LIMIT as usize + 64;
 }
 
 /// Brings work to the hub. Cheap to clone; the hub ends when all handles are gone.

@@ -6,6 +6,7 @@ use std::sync::mpsc as blocking;
 use std::time::Duration;
 
 use selftalk_proto::{FromMaster, RefusalReason, Unit, UnitKey};
+use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
@@ -40,6 +41,8 @@ pub struct Hub {
     floor: watch::Sender<Floor>,
     /// What all workers have done, those that have left included.
     done: Done,
+    /// Workers that do not take what is sent to them.
+    stalled: Vec<PeerId>,
     /// Set when the master ends.
     farewell: Option<FromMaster>,
 }
@@ -80,6 +83,7 @@ impl Hub {
             audited: BTreeSet::new(),
             revoked,
             closing: Vec::new(),
+            stalled: Vec::new(),
             farewell: None,
         };
         tokio::spawn(hub.run(inbox));
@@ -113,14 +117,27 @@ impl Hub {
                     commands.drain(..).for_each(|command| self.follow(command));
                 }
             }
-            for effect in self.scheduler.settle() {
-                self.carry_out(effect);
-            }
+            self.settle();
             if self.scheduler.audits() == 0 {
                 // Nobody waits any more when the run is being ended.
                 for closed in self.closing.drain(..) {
                     let _ = closed.send(());
                 }
+            }
+        }
+    }
+
+    /// Carries out everything there is to do.
+    fn settle(&mut self) {
+        loop {
+            for effect in self.scheduler.settle() {
+                self.carry_out(effect);
+            }
+            if self.stalled.is_empty() {
+                return;
+            }
+            for peer in std::mem::take(&mut self.stalled) {
+                self.scheduler.handle(Event::Stalled(peer));
             }
         }
     }
@@ -138,7 +155,7 @@ impl Hub {
             }
             Command::Joined { peer, instance, slots, holds, line } => {
                 if let Some(farewell) = &self.farewell {
-                    let _ = line.outgoing.send(farewell.clone());
+                    let _ = line.outgoing.try_send(farewell.clone());
                     return;
                 }
                 self.peers.insert(
@@ -157,7 +174,7 @@ impl Hub {
                 let farewell = FromMaster::Farewell { finished };
                 // Dropping the lines ends the streams after the farewell.
                 for (id, peer) in std::mem::take(&mut self.peers) {
-                    let _ = peer.line.outgoing.send(farewell.clone());
+                    let _ = peer.line.outgoing.try_send(farewell.clone());
                     self.scheduler.handle(Event::Left(id));
                 }
                 self.farewell = Some(farewell);
@@ -199,12 +216,15 @@ impl Hub {
         let (worker, name) = (peer.line.worker.0, &*peer.line.name);
         match why {
             Cut::Silent | Cut::Replaced => tracing::info!(worker, name, ?why, "worker cut off"),
+            Cut::Hanging | Cut::Stalled | Cut::Flooding => {
+                tracing::warn!(worker, name, ?why, "worker cut off")
+            }
             Cut::Wrong => {
                 tracing::error!(worker, name, "a worker has given wrong results and is sent away for good");
                 let text =
                     "an answer of this worker was not what the master computes: its machine may be faulty";
                 let refusal = FromMaster::Refusal { reason: RefusalReason::Wrong, text: text.to_owned() };
-                let _ = peer.line.outgoing.send(refusal);
+                let _ = peer.line.outgoing.try_send(refusal);
             }
         }
         peer.line.cut.cancel();
@@ -239,18 +259,20 @@ impl Hub {
             }
         };
         let units = units.iter().map(unit).collect();
-        for id in unknown {
-            if let Some(toml) = self.experiments.get(&id) {
-                let _ = peer.line.outgoing.send(FromMaster::Experiment { id, toml: toml.clone() });
+        for experiment in unknown {
+            if let Some(toml) = self.experiments.get(&experiment).cloned() {
+                self.send(id, FromMaster::Experiment { id: experiment, toml });
             }
         }
         self.send(id, FromMaster::Lease(units));
     }
 
-    fn send(&self, peer: PeerId, message: FromMaster) {
-        if let Some(peer) = self.peers.get(&peer) {
+    fn send(&mut self, id: PeerId, message: FromMaster) {
+        let Some(peer) = self.peers.get(&id) else { return };
+        match peer.line.outgoing.try_send(message) {
+            Err(TrySendError::Full(_)) => self.stalled.push(id),
             // If the line is cut, the connection reports it.
-            let _ = peer.line.outgoing.send(message);
+            Ok(()) | Err(TrySendError::Closed(_)) => {}
         }
     }
 

@@ -5,6 +5,7 @@
 mod auditor;
 mod connection;
 mod floor;
+mod gate;
 mod handle;
 mod hub;
 
@@ -17,10 +18,8 @@ use selftalk_proto::v1::evaluation_server::EvaluationServer;
 use selftalk_proto::{DESCRIPTORS, MESSAGE_LIMIT, Token};
 use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::net::{TcpListener, TcpStream};
 use tokio::time::timeout;
-use tokio_stream::wrappers::TcpListenerStream;
-use tokio_stream::{Stream, StreamExt};
+use tokio_stream::Stream;
 use tokio_util::sync::CancellationToken;
 use tonic::transport::server::Connected;
 use tonic::transport::{Server, ServerTlsConfig};
@@ -29,6 +28,7 @@ use crate::store::Store;
 use connection::Door;
 
 pub use floor::{Attendance, Floor};
+pub use gate::{Admission, Guest, connections};
 pub use handle::{Crew, Handle, Revocations, UnitEnd};
 pub use hub::Hub;
 
@@ -36,6 +36,8 @@ pub use hub::Hub;
 const KEEPALIVE: Duration = Duration::from_secs(10);
 /// How long a TLS handshake may take.
 const HANDSHAKE: Duration = Duration::from_secs(10);
+/// Streams on a connection at the same time; a worker needs one.
+const STREAMS: u32 = 16;
 /// How long the connections have to end on their own.
 const GRACE: Duration = Duration::from_secs(3);
 
@@ -79,16 +81,6 @@ pub enum ServiceError {
     Description(#[from] tonic_reflection::server::Error),
 }
 
-/// The connections that come in at a port.
-pub fn connections(listener: TcpListener) -> impl Stream<Item = io::Result<TcpStream>> {
-    TcpListenerStream::new(listener).map(|stream| {
-        let stream = stream?;
-        // A worker sends many small messages; each is to be seen at once.
-        stream.set_nodelay(true)?;
-        Ok(stream)
-    })
-}
-
 /// Receives workers from the connections that come `incoming`, see [`connections`], until `shutdown` is cancelled. To be
 /// called after [`Handle::farewell`], so that the workers know what to expect.
 ///
@@ -122,6 +114,7 @@ where
         .max_decoding_message_size(MESSAGE_LIMIT)
         .max_encoding_message_size(MESSAGE_LIMIT);
     let serving = server
+        .max_concurrent_streams(STREAMS)
         .http2_keepalive_interval(Some(KEEPALIVE))
         .http2_keepalive_timeout(Some(KEEPALIVE))
         .add_service(service)

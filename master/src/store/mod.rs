@@ -2,6 +2,7 @@
 //!
 //! [`Store`] is what a master needs of it.
 
+mod backup;
 mod commit;
 mod curves;
 mod digest;

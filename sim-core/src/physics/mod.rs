@@ -104,7 +104,9 @@ pub enum EngineError {
     #[error(transparent)]
     Robot(#[from] RobotError),
     /// The experiment asks for none.
-    #[error("engine = \"null\" runs no trials, so there is nothing to be seen of one; expected another engine")]
+    #[error(
+        "engine = \"null\" runs no trials, so there is nothing to be seen of one; expected another engine"
+    )]
     Null,
 }
 

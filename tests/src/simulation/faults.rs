@@ -65,8 +65,11 @@ impl Plan {
                     add(until, What::Repair(name));
                 }
                 2 => {
-                    let (from, to) =
-                        if dice.random() { (name.clone(), MASTER.to_owned()) } else { (MASTER.to_owned(), name.clone()) };
+                    let (from, to) = if dice.random() {
+                        (name.clone(), MASTER.to_owned())
+                    } else {
+                        (MASTER.to_owned(), name.clone())
+                    };
                     add(at, What::CutOneWay(from, to));
                     add(until, What::Repair(name));
                 }

@@ -79,7 +79,8 @@ fn play(seed: u64, plan: &Plan) -> Result<Course, String> {
     let mut network = network.build();
 
     let shelf = Shelf::new(Arc::new(MemoryStore::new()));
-    let experiment = Experiment::from_toml("simulated.toml", EXPERIMENT, &[]).map_err(|error| error.to_string())?;
+    let experiment =
+        Experiment::from_toml("simulated.toml", EXPERIMENT, &[]).map_err(|error| error.to_string())?;
     hosts::add_master(&mut network, &shelf, &experiment);
     for worker in 0..plan.workers {
         hosts::add_worker(&mut network, worker, Duration::from_millis(dice.random_range(10..120)));

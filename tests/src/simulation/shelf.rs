@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use selftalk::store::{
-    GenerationCommit, MemoryStore, ReplicationId, Resumed, Store, StoreError, StoredExperiment, WorkerId, WorkerInfo,
+    GenerationCommit, MemoryStore, ReplicationId, Resumed, Store, StoreError, StoredExperiment, WorkerId,
+    WorkerInfo,
 };
 use selftalk_sim::Experiment;
 use tokio::time::sleep;
@@ -75,7 +76,10 @@ impl Store for Shelf {
         sleep(WRITING).await;
         let workers: Vec<i64> =
             commit.evaluated.iter().map(|evaluated| evaluated.worker.map_or(-1, |worker| worker.0)).collect();
-        let what = format!("replication {}, generation {}: {workers:?}", commit.replication.0, commit.population.generation);
+        let what = format!(
+            "replication {}, generation {}: {workers:?}",
+            commit.replication.0, commit.population.generation
+        );
         self.store.commit_generation(commit).await?;
         self.note(&what, turmoil::sim_elapsed().unwrap_or_default());
         sleep(WRITING).await;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+mod backup;
 mod compare;
 mod dashboard;
 mod export;
@@ -14,6 +15,7 @@ mod replay;
 mod reproduce;
 mod shell;
 
+pub use backup::BackupArgs;
 pub use compare::{CompareArgs, Measure};
 pub use dashboard::{DashboardArgs, DashboardAt, Shown};
 pub use export::{ExportArgs, ExportTable, ExportType};
@@ -135,6 +137,8 @@ pub enum Command {
     Reproduce(ReproduceArgs),
     /// Write the history as tables for other programs: CSV or Parquet
     Export(ExportArgs),
+    /// Copy the database while it is written
+    Backup(BackupArgs),
     /// Print a checksum of each replication's history
     Digest(DigestArgs),
     /// Make what a master and its workers prove to each other who they are with
