@@ -18,7 +18,7 @@ const ARROWS: [(&str, &[&str]); 6] = [
 ];
 
 /// The simulator's modules, the lowest first.
-const SIMULATOR: &str = "scene genotype experiment stream robot controller physics behaviours caretaker body situation score trial simulator \
+const SIMULATOR: &str = "scene genotype experiment stream robot controller physics behaviours caretaker body situation score trial null simulator \
      fingerprint";
 
 /// What the simulator does not use.

@@ -57,7 +57,8 @@ impl Plan {
         for _ in 0..dice.random_range(1..=8) {
             let at = BUSY.mul_f64(dice.random());
             // From some milliseconds to what both sides take for the end of the line.
-            let until = at + Duration::from_millis(10).mul_f64(2500_f64.powf(dice.random()));
+            let until = at
+                + Duration::from_millis(10 << dice.random_range(0..12)).mul_f64(1.0 + dice.random::<f64>());
             let name = worker(dice.random_range(0..workers));
             match dice.random_range(0..7) {
                 0 | 1 => {

@@ -1,0 +1,205 @@
+//! What the service costs, without a simulator: `cargo bench -p selftalk-tests --bench service -- cost|crowd`.
+//!
+//! `cost [GENERATIONS]`: a master and two workers as processes, 1 600 units a generation (16 replications of 100 genotypes,
+//! `engine = "null"`), 100 generations: wall and processor time a unit, everything included, the database too.
+//! `tests/benches/service/others.py` does the same work with other systems.
+//!
+//! `crowd [WORKERS [GENERATIONS]]`: a master and a thousand workers, all in this process, each taking 50 ms for a unit. How
+//! long it takes until all have joined, how long a worker waits for a lease, what the master needs, and what becomes of it
+//! when 30 % of them are gone at once and as many others come.
+
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
+use std::time::{Duration, Instant};
+
+use selftalk_proto::v1::evaluation_client::EvaluationClient;
+use selftalk_proto::{Answer, FromMaster, FromWorker, Hello, MESSAGE_LIMIT, PROTOCOL, UnitResult};
+use selftalk_sim::{Experiment, Simulator};
+use selftalk_tests::{Page, Place, Running, wait_until};
+use selftalk_worker::{Config, over_tcp, run_in_task};
+use tokio::sync::mpsc;
+use tokio::task::AbortHandle;
+use tokio_stream::wrappers::ReceiverStream;
+use tokio_util::sync::CancellationToken;
+
+/// What a worker of a crowd takes for a unit; a slot of a real one takes 10 to 50 ms.
+const PACE: Duration = Duration::from_millis(50);
+
+fn main() {
+    // Cargo adds a `--bench`.
+    let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with("--")).collect();
+    let number = |place: usize, otherwise: u32| {
+        words.get(place).map_or(otherwise, |word| word.parse().expect("a number"))
+    };
+    match words.first().map(String::as_str) {
+        Some("cost") => cost(number(1, 100)),
+        Some("crowd") => crowd(number(1, 1000), number(2, 30)),
+        _ => println!("what is it to be: cost or crowd?"),
+    }
+}
+
+/// A place with an experiment in which nothing is simulated, and all genotypes differ.
+fn place(generations: u32) -> Place {
+    let place = Place::new();
+    let experiment = format!(
+        "name = 'null'\nengine = 'null'\nreplications = 16\ngenerations = {generations}\nevolution.mutation = 0.01\n"
+    );
+    place.write("null.toml", experiment);
+    // Finding the program may build it.
+    place.run("--version").done();
+    place
+}
+
+fn cost(generations: u32) {
+    let place = place(generations);
+    let (begin, before) = (Instant::now(), children());
+    let mut master = place.start("serve --listen 127.0.0.1:0 --dashboard off null.toml");
+    let address = master.address();
+    let workers = [(); 2].map(|()| place.start_worker(&address));
+    master.end().done();
+    for worker in workers {
+        worker.end().done();
+    }
+    let (wall, used) = (begin.elapsed().as_secs_f64(), children() - before);
+    let units = f64::from(generations) * 1600.0;
+    println!("units: {units}, wall: {wall:.2} s, processor: {used:.2} s");
+    println!("a unit: wall {:.1} us, processor {:.1} us", 1e6 * wall / units, 1e6 * used / units);
+    let bytes = place.read("history.db").len() as f64;
+    println!("database: {:.1} MB, {:.0} bytes a genotype and generation", bytes / 1e6, bytes / units);
+}
+
+fn crowd(workers: u32, generations: u32) {
+    let place = place(generations);
+    let mut master = place.start("serve --listen 127.0.0.1:0 --dashboard 127.0.0.1:0 null.toml");
+    let (address, page) = (master.address(), master.dashboard());
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
+    let process = master.id();
+    let metric = |name: &str| {
+        let text = Page::get(&page, "/metrics").body;
+        let value = text.lines().find_map(|line| line.strip_prefix(name)?.trim().parse::<f64>().ok());
+        value.unwrap_or_else(|| panic!("no {name}"))
+    };
+    let fingerprint = selftalk_sim::fingerprint().unwrap();
+    let hire = || {
+        let mut config = Config::new(format!("http://{address}"), fingerprint.as_str());
+        config.slots = 1;
+        runtime.spawn(run_in_task(config, over_tcp(), PACE, CancellationToken::new())).abort_handle()
+    };
+
+    let begin = Instant::now();
+    let mut crew: Vec<AbortHandle> = (0..workers).map(|_| hire()).collect();
+    let all = |count: u32| {
+        wait_until("all workers", || (metric("selftalk_workers ") >= f64::from(count)).then_some(()))
+    };
+    all(workers);
+    println!("{workers} workers have joined after {:.2} s", begin.elapsed().as_secs_f64());
+
+    let units = || metric("selftalk_units_total ");
+    let watch = |what: &str, seconds: u64| {
+        let (begin, before, used) = (Instant::now(), units(), processor(process));
+        std::thread::sleep(Duration::from_secs(seconds));
+        let (wall, done) = (begin.elapsed().as_secs_f64(), units() - before);
+        let used = processor(process) - used;
+        println!(
+            "{what}: {:.0} units a second, master {:.0} % of a core, {:.1} us a unit, {:.0} MiB at most",
+            done / wall,
+            100.0 * used / wall,
+            1e6 * used / done,
+            memory(process)
+        );
+    };
+    watch("steady", 5);
+    let waits = runtime.block_on(probe(&address, &fingerprint, 200));
+    let at = |share: f64| waits[((waits.len() - 1) as f64 * share) as usize].as_secs_f64() * 1e3;
+    println!("from an answer to the next lease: median {:.2} ms, 99 % within {:.2} ms", at(0.5), at(0.99));
+
+    let gone = crew.len() * 3 / 10;
+    crew.drain(..gone).for_each(|worker| worker.abort());
+    watch("30 % gone at once", 3);
+    crew.extend((0..gone).map(|_| hire()));
+    let begin = Instant::now();
+    all(workers);
+    println!("as many others have joined after {:.2} s", begin.elapsed().as_secs_f64());
+    finish(master);
+    let alone = self::place(generations);
+    alone.run("run null.toml --dashboard off").done();
+    let digest = |place: &Place| place.run("digest null --format csv").done().stdout;
+    assert_eq!(digest(&place), digest(&alone));
+    println!("the history is that of a run with two workers");
+}
+
+fn finish(master: Running) {
+    master.end().done();
+}
+
+/// Works like a worker with one slot that answers at once, and notes how long it takes from an answer to the next lease.
+async fn probe(address: &str, fingerprint: &str, count: usize) -> Vec<Duration> {
+    let mut client = EvaluationClient::connect(format!("http://{address}"))
+        .await
+        .unwrap()
+        .max_decoding_message_size(MESSAGE_LIMIT);
+    let (sender, outgoing) = mpsc::channel(64);
+    let hello = Hello {
+        protocol: PROTOCOL,
+        version: "0".to_owned(),
+        fingerprint: fingerprint.to_owned(),
+        host: "probe".to_owned(),
+        pid: std::process::id(),
+        slots: 1,
+        instance: 1,
+        holds: Vec::new(),
+    };
+    sender.send(FromWorker::Hello(hello).into()).await.unwrap();
+    let mut inbound = client.work(ReceiverStream::new(outgoing)).await.unwrap().into_inner();
+    let (mut simulator, mut asked, mut waits) = (None, None, Vec::new());
+    while waits.len() < count {
+        let Some(message) = inbound.message().await.unwrap() else { break };
+        match FromMaster::try_from(message).unwrap() {
+            FromMaster::Experiment { toml, .. } => {
+                simulator =
+                    Some(Simulator::new(&Experiment::from_toml("null", &toml, &[]).unwrap()).unwrap());
+            }
+            FromMaster::Lease(units) => {
+                waits.extend(asked.map(|asked: Instant| asked.elapsed()));
+                let simulator = simulator.as_ref().expect("the experiment comes first");
+                let answer = |unit: selftalk_proto::Unit| {
+                    let outcomes = simulator.evaluate(&unit.genotype, unit.draw, unit.trials).unwrap();
+                    UnitResult { key: unit.key, answer: Answer::Outcomes(outcomes) }
+                };
+                let results = units.into_iter().map(answer).collect();
+                asked = Some(Instant::now());
+                sender.send(FromWorker::Results(results).into()).await.unwrap();
+            }
+            _ => {}
+        }
+    }
+    let _ = sender.send(FromWorker::Goodbye.into()).await;
+    waits.sort_unstable();
+    waits
+}
+
+/// Processor time of the processes that this one has waited for, in seconds.
+fn children() -> f64 {
+    times("self", 13)
+}
+
+/// Processor time of a process, in seconds.
+fn processor(process: u32) -> f64 {
+    times(&process.to_string(), 11)
+}
+
+/// Two of the numbers in a process's `stat`, in 1/100 s, counted from the one after its name.
+fn times(process: &str, first: usize) -> f64 {
+    let statistics = std::fs::read_to_string(format!("/proc/{process}/stat")).expect("Linux");
+    let fields = statistics.rsplit(')').next().unwrap().split_whitespace().skip(first).take(2);
+    fields.map(|field| field.parse::<f64>().unwrap()).sum::<f64>() / 100.0
+}
+
+/// The most memory that a process has had, in MiB.
+fn memory(process: u32) -> f64 {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).expect("Linux");
+    let kib = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:")?.trim().split(' ').next()?.parse::<f64>().ok());
+    kib.expect("memory is counted") / 1024.0
+}
