@@ -40,7 +40,8 @@ pub use sqlite::{Generations, SqliteStore};
 ///
 /// A generation that was committed changes only by being [taken back](Store::take_back).
 ///
-/// What a call that returned has written is durable. A call that failed has written nothing, one that was dropped
+/// What a call that returned has written is durable; of workers that joined or left, with the next generation. A call that
+/// failed has written nothing, one that was dropped
 /// everything or nothing.
 pub trait Store: Send + Sync + 'static {
     /// Creates an experiment with all its replications, at generation none.

@@ -28,6 +28,17 @@ pub(super) struct State {
     pub(super) connection: SqliteConnection,
     /// A transaction was begun and its end not seen: it failed, or whoever waited for it was dropped.
     unsettled: bool,
+    /// Whether a transaction is on the disk when its end returns.
+    synced: bool,
+}
+
+/// When a transaction has to be on the disk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Durable {
+    /// When its end returns.
+    AtOnce,
+    /// With the next one that is at once: so that a thousand workers may join without a thousand waits for the disk.
+    WithTheNext,
 }
 
 impl SqliteStore {
@@ -55,7 +66,7 @@ impl SqliteStore {
     }
 
     fn new(path: PathBuf, connection: SqliteConnection, lock: Option<WriterLock>) -> Self {
-        Self { path, state: Mutex::new(State { connection, unsettled: false }), _lock: lock }
+        Self { path, state: Mutex::new(State { connection, unsettled: false, synced: true }), _lock: lock }
     }
 
     /// Closes the file and waits until that is done. Without it the write-ahead log may stay beside the file, which
@@ -93,7 +104,18 @@ impl SqliteStore {
 
     /// Begins a transaction. It takes place when [`Self::commit`] returns; otherwise nothing of it does.
     pub(super) async fn begin(&self) -> Result<MutexGuard<'_, State>, StoreError> {
+        self.begin_as(Durable::AtOnce).await
+    }
+
+    async fn begin_as(&self, durable: Durable) -> Result<MutexGuard<'_, State>, StoreError> {
         let mut state = self.state().await;
+        let synced = durable == Durable::AtOnce;
+        if state.synced != synced {
+            // In WAL mode, NORMAL does not wait for the disk at a transaction's end, and FULL waits for all before as well.
+            let set = if synced { "PRAGMA synchronous = FULL" } else { "PRAGMA synchronous = NORMAL" };
+            sqlx::query(set).execute(&mut state.connection).await.map_err(|error| self.fail(&error))?;
+            state.synced = synced;
+        }
         state.unsettled = true;
         let begin = sqlx::query("BEGIN IMMEDIATE").execute(&mut state.connection).await;
         begin.map_err(|error| self.fail(&error))?;
@@ -182,14 +204,14 @@ impl Store for SqliteStore {
     }
 
     async fn worker_joined(&self, worker: &WorkerInfo) -> Result<WorkerId, StoreError> {
-        let mut state = self.begin().await?;
+        let mut state = self.begin_as(Durable::WithTheNext).await?;
         let id = write::worker(&mut state.connection, worker).await.map_err(|error| self.fail(&error))?;
         self.commit(state).await?;
         Ok(id)
     }
 
     async fn worker_left(&self, worker: WorkerId) -> Result<(), StoreError> {
-        let mut state = self.begin().await?;
+        let mut state = self.begin_as(Durable::WithTheNext).await?;
         write::worker_left(&mut state.connection, worker).await.map_err(|error| self.fail(&error))?;
         self.commit(state).await
     }
