@@ -88,7 +88,7 @@ fn finger_joints_beyond_their_stops_come_back_alike() {
             *angle = if upper { joint.upper + 0.02 } else { joint.lower - 0.02 };
         }
         let placement = Placement { angles, targets: angles, object: AWAY, orientation: UPRIGHT };
-        let [a, b] = [Kind::Lockstep, Kind::Rapier].map(|kind| course(kind, 32, &placement, &angles, 4));
+        let [a, b] = Kind::SIMULATED.map(|kind| course(kind, 32, &placement, &angles, 4));
         let beyond = |i: usize, angle: f64| angle - angle.clamp(robot.joints[i].lower, robot.joints[i].upper);
         assert!(a[0].angles.iter().enumerate().any(|(i, angle)| beyond(i, *angle).abs() > 0.001), "{a:?}");
         assert!(a[3].angles.iter().enumerate().all(|(i, angle)| beyond(i, *angle).abs() < 0.003), "{a:?}");
@@ -111,7 +111,7 @@ fn settled(kind: Kind, height: f64, orientation: [f64; 4]) -> Observation {
 
 #[test]
 fn an_object_on_the_table_stays_where_it_stands() {
-    for kind in Kind::ALL {
+    for kind in Kind::SIMULATED {
         let seen = settled(kind, scene::OBJECT_STANDING, UPRIGHT);
         let moved = (Vector3::from(seen.object) - Vector3::new(-0.3, -0.2, scene::OBJECT_STANDING)).norm();
         assert!(moved < 0.0005, "{kind:?}: moved by {moved} m");
@@ -121,7 +121,7 @@ fn an_object_on_the_table_stays_where_it_stands() {
 
 #[test]
 fn a_tilted_object_falls_back_onto_its_base() {
-    for kind in Kind::ALL {
+    for kind in Kind::SIMULATED {
         let seen = settled(kind, scene::TABLE + scene::OBJECT_RADIUS, tilted(0.3));
         assert!(upright(&seen) > 0.9999, "{kind:?}: {seen:?}");
         assert!((seen.object[2] - scene::OBJECT_STANDING).abs() < 0.0005, "{kind:?}: {seen:?}");
@@ -130,7 +130,7 @@ fn a_tilted_object_falls_back_onto_its_base() {
 
 #[test]
 fn an_object_on_its_side_lies_on_its_round_part() {
-    for kind in Kind::ALL {
+    for kind in Kind::SIMULATED {
         let seen = settled(kind, scene::TABLE + scene::OBJECT_RADIUS, tilted(FRAC_PI_2));
         assert!(upright(&seen).abs() < 0.1, "{kind:?}: {seen:?}");
         assert!((seen.object[2] - scene::TABLE - scene::OBJECT_RADIUS).abs() < 0.0005, "{kind:?}: {seen:?}");

@@ -12,7 +12,7 @@ use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorSet};
 use selftalk_tests::Place;
 use sqlx::Connection;
 
-/// What `selftalk digest` says of the history in every `tests/contracts/schema-N.sql`: the database of a finished run with
+/// What `selftalk digest` says of the history in every `tests/contracts/schema-N.dump`: the database of a finished run with
 /// `engine = "null"`, as the release with that schema wrote it, dumped by SQLite.
 const FROZEN: &str = "4ffdd0a5f2669a61cce98e02dcc21511c57f07346f4082a5e44f635c1a9ceec3";
 
@@ -38,7 +38,7 @@ fn restore(dump: &Path, database: &Path) {
 fn databases_of_every_schema_can_be_read_and_are_brought_up_to_date() {
     let newest = fs::read_dir(root().join("migrations")).unwrap().count();
     for schema in 1..=newest {
-        let dump = root().join(format!("tests/contracts/schema-{schema}.sql"));
+        let dump = root().join(format!("tests/contracts/schema-{schema}.dump"));
         assert!(dump.exists(), "a database of schema {schema} has to be kept: {}", dump.display());
         let place = Place::new();
         restore(&dump, &place.path("history.db"));

@@ -29,9 +29,10 @@ fn kept_results_come_out_again() {
             let file = file.unwrap();
             fs::copy(file.path(), place.path(&copy).join(file.file_name())).unwrap();
         }
-        let verified = &place.ask(&format!("verify --results {copy}"))[0];
-        assert_eq!(verified["mismatches"], 0, "{}", folder.display());
-        assert!(verified["trials"].as_u64().unwrap() > 0, "{}", folder.display());
+        for verified in place.ask(&format!("verify --results {copy}")) {
+            assert_eq!(verified["mismatches"], 0, "{}", folder.display());
+            assert!(verified["trials"].as_u64().unwrap() > 0, "{}", folder.display());
+        }
     }
     assert!(folders > 0);
 }

@@ -14,7 +14,7 @@ use super::work::{bar, crew};
 use super::{Global, select};
 use crate::evolution::draw;
 use crate::exit::{Exit, Failure};
-use crate::results::{BestRow, Results, check};
+use crate::results::{BestRow, KeptStudy, Results, check};
 use crate::retest::{Crew, Mismatch, Task, difference, examine, run as run_trials};
 use crate::store::{GenerationEntry, GenerationRecord, SqliteStore, StoredExperiment, StoredReplication};
 
@@ -67,12 +67,13 @@ pub async fn run(args: VerifyArgs, global: &Global) -> Result<(), Failure> {
 
 /// Verifies a folder of results.
 fn results(folder: &Path, workers: Option<u32>, global: &Global) -> Result<(), Failure> {
+    if KeptStudy::is_in(folder) {
+        return study(folder, workers, global);
+    }
     let results = Results::read(folder)?;
     let name = &results.experiment.name;
     for digest in &results.digests {
-        if let Some(words) = foreign(name, &digest.fingerprint)? {
-            return Err(Failure::new(Exit::Mismatch, format!("{words}; verify it with that release")));
-        }
+        same_simulator(name, &digest.fingerprint)?;
     }
     let trials = |best: &BestRow| u64::from(16 + best.validation_trials + best.fresh_trials);
     let bar = bar(results.best.iter().map(trials).sum());
@@ -88,6 +89,38 @@ fn results(folder: &Path, workers: Option<u32>, global: &Global) -> Result<(), F
     ]);
     table.print(global.format)?;
     told(&found)
+}
+
+/// Verifies a folder with a report of the second phase.
+fn study(folder: &Path, workers: Option<u32>, global: &Global) -> Result<(), Failure> {
+    let study = KeptStudy::read(folder)?;
+    for (experiment, fingerprint) in study.fingerprints() {
+        same_simulator(experiment, fingerprint)?;
+    }
+    let bar = bar(study.trials());
+    let done = || bar.inc(1);
+    let examined = study.check(crew(workers, &done))?;
+    bar.finish_and_clear();
+    let mut table = Table::new(["experiment", "individuals", "trials", "mismatches"]);
+    for of in &examined {
+        table.push([
+            of.experiment.as_str().into(),
+            of.robots.into(),
+            of.trials.into(),
+            (of.mismatches.len() as u64).into(),
+        ]);
+    }
+    table.print(global.format)?;
+    told(&examined.into_iter().flat_map(|of| of.mismatches).collect::<Vec<_>>())
+}
+
+/// # Errors
+/// [`Exit::Mismatch`] when results were made with another simulator than this one.
+fn same_simulator(experiment: &str, fingerprint: &str) -> Result<(), Failure> {
+    match foreign(experiment, fingerprint)? {
+        Some(words) => Err(Failure::new(Exit::Mismatch, format!("{words}; verify it with that release"))),
+        None => Ok(()),
+    }
 }
 
 /// Names mismatches on stderr.

@@ -61,7 +61,7 @@ fn write_rows(path: &Path, rows: &[impl Serialize]) -> Result<(), ResultsError> 
     writer.flush().map_err(|error| failed(path, &error))
 }
 
-fn read_rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, ResultsError> {
+pub(super) fn read_rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, ResultsError> {
     let text = fs::read(path).map_err(|error| failed(path, &error))?;
     let rows: Result<Vec<T>, csv::Error> = csv::Reader::from_reader(text.as_slice()).deserialize().collect();
     rows.map_err(|error| ResultsError::Content { path: path.to_owned(), reason: error.to_string() })

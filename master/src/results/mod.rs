@@ -6,6 +6,7 @@
 mod check;
 mod figure;
 mod files;
+mod study;
 
 use std::path::{Path, PathBuf};
 
@@ -16,6 +17,7 @@ use thiserror::Error;
 use crate::retest::RetestError;
 
 pub use check::check;
+pub use study::{Examined, KeptStudy};
 
 /// Why results cannot be written, read or run again.
 #[derive(Debug, Error)]

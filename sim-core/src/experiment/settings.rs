@@ -21,6 +21,8 @@ pub enum Engine {
 impl Engine {
     /// All engines.
     pub const ALL: [Self; 3] = [Self::Lockstep, Self::Rapier, Self::Null];
+    /// Those that simulate anything.
+    pub const SIMULATED: [Self; 2] = [Self::Lockstep, Self::Rapier];
 
     /// The name in the experiment file.
     #[must_use]
