@@ -1,7 +1,5 @@
 //! `engine = "null"`: outcomes without trials.
 
-#![expect(clippy::unwrap_used, reason = "a test may panic")]
-
 use selftalk_sim::experiment::{Engine, Experiment};
 use selftalk_sim::physics::EngineError;
 use selftalk_sim::{Case, Draw, Genotype, SimError, Simulator};
