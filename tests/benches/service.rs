@@ -5,21 +5,16 @@
 //! `tests/benches/service/others.py` does the same work with other systems.
 //!
 //! `crowd [WORKERS [GENERATIONS]]`: a master and a thousand workers, all in this process, each taking 50 ms for a unit. How
-//! long it takes until all have joined, how long a worker waits for a lease, what the master needs, and what becomes of it
-//! when 30 % of them are gone at once and as many others come.
+//! long it takes until all have joined, what the master needs, and what becomes of it when 30 % of them are gone at once and
+//! as many others come.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use std::time::{Duration, Instant};
 
-use selftalk_proto::v1::evaluation_client::EvaluationClient;
-use selftalk_proto::{Answer, FromMaster, FromWorker, Hello, MESSAGE_LIMIT, PROTOCOL, UnitResult};
-use selftalk_sim::{Experiment, Simulator};
 use selftalk_tests::{Page, Place, Running, wait_until};
 use selftalk_worker::{Config, over_tcp, run_in_task};
-use tokio::sync::mpsc;
 use tokio::task::AbortHandle;
-use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 
 /// What a worker of a crowd takes for a unit; a slot of a real one takes 10 to 50 ms.
@@ -109,10 +104,6 @@ fn crowd(workers: u32, generations: u32) {
         );
     };
     watch("steady", 5);
-    let waits = runtime.block_on(probe(&address, &fingerprint, 200));
-    let at = |share: f64| waits[((waits.len() - 1) as f64 * share) as usize].as_secs_f64() * 1e3;
-    println!("from an answer to the next lease: median {:.2} ms, 99 % within {:.2} ms", at(0.5), at(0.99));
-
     let gone = crew.len() * 3 / 10;
     crew.drain(..gone).for_each(|worker| worker.abort());
     watch("30 % gone at once", 3);
@@ -130,52 +121,6 @@ fn crowd(workers: u32, generations: u32) {
 
 fn finish(master: Running) {
     master.end().done();
-}
-
-/// Works like a worker with one slot that answers at once, and notes how long it takes from an answer to the next lease.
-async fn probe(address: &str, fingerprint: &str, count: usize) -> Vec<Duration> {
-    let mut client = EvaluationClient::connect(format!("http://{address}"))
-        .await
-        .unwrap()
-        .max_decoding_message_size(MESSAGE_LIMIT);
-    let (sender, outgoing) = mpsc::channel(64);
-    let hello = Hello {
-        protocol: PROTOCOL,
-        version: "0".to_owned(),
-        fingerprint: fingerprint.to_owned(),
-        host: "probe".to_owned(),
-        pid: std::process::id(),
-        slots: 1,
-        instance: 1,
-        holds: Vec::new(),
-    };
-    sender.send(FromWorker::Hello(hello).into()).await.unwrap();
-    let mut inbound = client.work(ReceiverStream::new(outgoing)).await.unwrap().into_inner();
-    let (mut simulator, mut asked, mut waits) = (None, None, Vec::new());
-    while waits.len() < count {
-        let Some(message) = inbound.message().await.unwrap() else { break };
-        match FromMaster::try_from(message).unwrap() {
-            FromMaster::Experiment { toml, .. } => {
-                simulator =
-                    Some(Simulator::new(&Experiment::from_toml("null", &toml, &[]).unwrap()).unwrap());
-            }
-            FromMaster::Lease(units) => {
-                waits.extend(asked.map(|asked: Instant| asked.elapsed()));
-                let simulator = simulator.as_ref().expect("the experiment comes first");
-                let answer = |unit: selftalk_proto::Unit| {
-                    let outcomes = simulator.evaluate(&unit.genotype, unit.draw, unit.trials).unwrap();
-                    UnitResult { key: unit.key, answer: Answer::Outcomes(outcomes) }
-                };
-                let results = units.into_iter().map(answer).collect();
-                asked = Some(Instant::now());
-                sender.send(FromWorker::Results(results).into()).await.unwrap();
-            }
-            _ => {}
-        }
-    }
-    let _ = sender.send(FromWorker::Goodbye.into()).await;
-    waits.sort_unstable();
-    waits
 }
 
 /// Processor time of the processes that this one has waited for, in seconds.
