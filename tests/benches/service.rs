@@ -2,9 +2,8 @@
 //!
 //! `cost [GENERATIONS]`: a master and two workers as processes, 1 600 units a generation (16 replications of 100 genotypes,
 //! `engine = "null"`), 100 generations: wall and processor time a unit, everything included, the database too.
-//! `tests/benches/service/others.py` does the same work with other systems.
 //!
-//! `crowd [WORKERS [GENERATIONS]]`: a master and a thousand workers, all in this process, each taking 50 ms for a unit. How
+//! `crowd [WORKERS [GENERATIONS]]`: a master, and a thousand workers in this process, each taking 50 ms for a unit. How
 //! long it takes until all have joined, what the master needs, and what becomes of it when 30 % of them are gone at once and
 //! as many others come.
 
