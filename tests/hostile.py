@@ -5,7 +5,6 @@ Says `ready` once all are at it, and how each ended: what is cut off has got wha
 
 import itertools
 import os
-import queue
 import random
 import socket
 import struct
@@ -106,13 +105,23 @@ def flood():
         pass
 
 
+def alive(name):
+    """The stream of a worker that says every half second that it is alive."""
+
+    def beats():
+        yield hello(name)
+        while True:
+            time.sleep(0.5)
+            yield HEARTBEAT
+
+    responses = call(beats())
+    next(responses)
+    return responses
+
+
 def hang():
     """A worker that is alive and does nothing."""
-    beats = queue.SimpleQueue()
-    beats.put(hello("hang"))
-    responses = call(iter(beats.get, None))
-    next(responses)
-    threading.Thread(target=lambda: [(beats.put(HEARTBEAT), time.sleep(0.5)) for _ in itertools.count()], daemon=True).start()
+    responses = alive("hang")
     yield
     for _ in responses:
         pass
@@ -120,13 +129,9 @@ def hang():
 
 def stall():
     """The same, and does not even listen."""
-    beats = queue.SimpleQueue()
-    beats.put(hello("stall"))
-    responses = call(iter(beats.get, None))
-    next(responses)
+    responses = alive("stall")
     yield
     while responses.is_active():
-        beats.put(HEARTBEAT)
         time.sleep(0.5)
 
 

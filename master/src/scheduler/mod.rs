@@ -45,7 +45,8 @@ pub struct Limits {
     pub straggler_ms: u64,
     /// Milliseconds without an answer after which a worker is taken to be hanging, if others have had to evaluate ...
     pub hanging_ms: u64,
-    /// ... so many of the units that it was given meanwhile.
+    /// ... so many of the units that it was given meanwhile, and needed less than a tenth of that time for the last one: slow
+    /// machines do not hang.
     pub missed: u32,
     /// Messages of no use that a worker may send at once: signs of life, and answers that nobody waits for.
     pub useless: u32,
@@ -224,13 +225,12 @@ impl Scheduler {
     }
 
     fn join(&mut self, peer: PeerId, instance: u64, slots: u32, holds: Vec<UnitKey>) {
-        let unwelcome = match instance {
-            _ if self.ledger.is_expelled(instance) => Some(Cut::Wrong),
-            _ if self.hanging.contains(&instance) => Some(Cut::Hanging),
-            _ => None,
-        };
-        if let Some(why) = unwelcome {
-            self.effects.push(Effect::Disconnect(peer, why));
+        if self.ledger.is_expelled(instance) {
+            self.effects.push(Effect::Disconnect(peer, Cut::Wrong));
+            return;
+        }
+        if self.hanging.contains(&instance) {
+            self.effects.push(Effect::Disconnect(peer, Cut::Hanging));
             return;
         }
         let earlier = self.peers.iter().find(|(_, other)| other.instance == instance).map(|(id, _)| *id);
@@ -372,13 +372,14 @@ impl Scheduler {
     fn end(&mut self, key: UnitKey, by: Option<PeerId>, verdict: Verdict) {
         let Some(unit) = self.open.remove(&key) else { return };
         self.waiting -= usize::from(unit.queued);
+        let took_ms = self.now_ms - unit.leased_ms;
         let mut hanging = Vec::new();
         for id in unit.holders {
             let Some(holder) = self.peers.get_mut(&id) else { continue };
             holder.release(key);
             if Some(id) != by {
                 holder.missed += 1;
-                if holder.hangs(self.now_ms, &self.limits) {
+                if holder.hangs(self.now_ms, took_ms, &self.limits) {
                     self.hanging.insert(holder.instance);
                     hanging.push(id);
                 }

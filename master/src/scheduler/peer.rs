@@ -98,9 +98,10 @@ impl Peer {
         (self.missed, self.busy_ms) = (0, now_ms);
     }
 
-    /// Whether it has missed too much for too long.
-    pub(super) fn hangs(&self, now_ms: u64, limits: &Limits) -> bool {
-        self.missed >= limits.missed && now_ms.saturating_sub(self.busy_ms) >= limits.hanging_ms
+    /// Whether it has missed too much for too long, when another one took so long for a unit.
+    pub(super) fn hangs(&self, now_ms: u64, took_ms: u64, limits: &Limits) -> bool {
+        let limit_ms = limits.hanging_ms.max(10 * took_ms);
+        self.missed >= limits.missed && now_ms.saturating_sub(self.busy_ms) >= limit_ms
     }
 
     /// Takes a batch of units that it does not hold yet.

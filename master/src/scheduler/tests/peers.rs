@@ -69,6 +69,25 @@ fn workers_that_hang_cannot_keep_a_unit_among_themselves() {
 }
 
 #[test]
+fn a_slow_machine_does_not_hang() {
+    let (mut scheduler, _) =
+        scheduler(vec![joined(1, 1, 1, vec![]), Event::Submitted((0..5).map(work).collect())]);
+    // Others take a minute for a unit and it takes more: they evaluate all that it was given.
+    (2..=9).for_each(|peer| scheduler.handle(joined(peer, peer, 1, vec![])));
+    let mut cut = false;
+    for now_ms in (0..70_000).step_by(1_000) {
+        (1..=9).for_each(|peer| scheduler.handle(Event::Heard(PeerId(peer))));
+        scheduler.handle(Event::Tick(now_ms));
+        cut |= scheduler.settle().iter().any(|effect| matches!(effect, Effect::Disconnect(..)));
+    }
+    let doubled: Vec<_> = (0..5).filter(|unit| scheduler.open[&key(*unit)].holders.len() > 1).collect();
+    assert_eq!(doubled.len(), 5);
+    (0..5).for_each(|unit| scheduler.handle(answered(PeerId(2), key(unit))));
+    cut |= scheduler.settle().iter().any(|effect| matches!(effect, Effect::Disconnect(..)));
+    assert!(!cut && scheduler.open_units() == 0);
+}
+
+#[test]
 fn a_worker_that_hangs_is_given_nothing_more() {
     let mut scheduler = Scheduler::default();
     scheduler.handle(joined(1, 1, 1, vec![]));
