@@ -11,7 +11,7 @@
 
 use std::time::{Duration, Instant};
 
-use selftalk_tests::{Page, Place, Running, wait_until};
+use selftalk_tests::{Page, Place, processor_time, processor_time_of_children, wait_until};
 use selftalk_worker::{Config, over_tcp, run_in_task};
 use tokio::task::AbortHandle;
 use tokio_util::sync::CancellationToken;
@@ -46,7 +46,7 @@ fn place(generations: u32) -> Place {
 
 fn cost(generations: u32) {
     let place = place(generations);
-    let (begin, before) = (Instant::now(), children());
+    let (begin, before) = (Instant::now(), processor_time_of_children().expect("Linux"));
     let mut master = place.start("serve --listen 127.0.0.1:0 --dashboard off null.toml");
     let address = master.address();
     let workers = [(); 2].map(|()| place.start_worker(&address));
@@ -54,7 +54,7 @@ fn cost(generations: u32) {
     for worker in workers {
         worker.end().done();
     }
-    let (wall, used) = (begin.elapsed().as_secs_f64(), children() - before);
+    let (wall, used) = (begin.elapsed().as_secs_f64(), processor_time_of_children().expect("Linux") - before);
     let units = f64::from(generations) * 1600.0;
     println!("units: {units}, wall: {wall:.2} s, processor: {used:.2} s");
     println!("a unit: wall {:.1} us, processor {:.1} us", 1e6 * wall / units, 1e6 * used / units);
@@ -90,10 +90,10 @@ fn crowd(workers: u32, generations: u32) {
 
     let units = || metric("selftalk_units_total ");
     let watch = |what: &str, seconds: u64| {
-        let (begin, before, used) = (Instant::now(), units(), processor(process));
+        let (begin, before, used) = (Instant::now(), units(), processor_time(process).expect("Linux"));
         std::thread::sleep(Duration::from_secs(seconds));
         let (wall, done) = (begin.elapsed().as_secs_f64(), units() - before);
-        let used = processor(process) - used;
+        let used = processor_time(process).expect("Linux") - used;
         println!(
             "{what}: {:.0} units a second, master {:.0} % of a core, {:.1} us a unit, {:.0} MiB at most",
             done / wall,
@@ -110,33 +110,12 @@ fn crowd(workers: u32, generations: u32) {
     let begin = Instant::now();
     all(workers);
     println!("as many others have joined after {:.2} s", begin.elapsed().as_secs_f64());
-    finish(master);
+    master.end().done();
     let alone = self::place(generations);
     alone.run("run null.toml --dashboard off").done();
     let digest = |place: &Place| place.run("digest null --format csv").done().stdout;
     assert_eq!(digest(&place), digest(&alone));
     println!("the history is that of a run with two workers");
-}
-
-fn finish(master: Running) {
-    master.end().done();
-}
-
-/// Processor time of the processes that this one has waited for, in seconds.
-fn children() -> f64 {
-    times("self", 13)
-}
-
-/// Processor time of a process, in seconds.
-fn processor(process: u32) -> f64 {
-    times(&process.to_string(), 11)
-}
-
-/// Two of the numbers in a process's `stat`, in 1/100 s, counted from the one after its name.
-fn times(process: &str, first: usize) -> f64 {
-    let statistics = std::fs::read_to_string(format!("/proc/{process}/stat")).expect("Linux");
-    let fields = statistics.rsplit(')').next().unwrap().split_whitespace().skip(first).take(2);
-    fields.map(|field| field.parse::<f64>().unwrap()).sum::<f64>() / 100.0
 }
 
 /// The most memory that a process has had, in MiB.

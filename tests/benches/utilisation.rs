@@ -11,7 +11,7 @@
 
 use std::time::Instant;
 
-use selftalk_tests::{Outcome, Place};
+use selftalk_tests::{Outcome, Place, processor_time_of_children};
 
 const WORKERS: f64 = 2.0;
 
@@ -24,10 +24,10 @@ fn main() {
     // Finding the program may build it.
     let place = Place::new();
     place.run("--version").done();
-    let (begin, before) = (Instant::now(), processor_time());
+    let (begin, before) = (Instant::now(), processor_time_of_children());
     let outcome = place.run(&run).done();
     let wall = begin.elapsed().as_secs_f64();
-    let used = processor_time().zip(before).map(|(after, before)| after - before);
+    let used = processor_time_of_children().zip(before).map(|(after, before)| after - before);
     let (simulated, on_core) = (values(&outcome, "simulated_ms="), values(&outcome, "on_core_ms="));
     assert_eq!(simulated.len(), WORKERS as usize, "{}", outcome.stderr);
     let share = simulated.iter().sum::<f64>() / 1e3 / WORKERS / wall;
@@ -39,14 +39,6 @@ fn main() {
             100.0 * on_core.iter().sum::<f64>() / 1e3 / used
         );
     }
-}
-
-/// Processor time of all processes this one has waited for, in seconds; none where the system does not tell.
-fn processor_time() -> Option<f64> {
-    let statistics = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // After the name, which may hold anything: user and system time of the children are the 14th and 15th, in 1/100 s.
-    let fields = statistics.rsplit(')').next()?.split_whitespace().skip(13).take(2);
-    Some(fields.filter_map(|field| field.parse::<f64>().ok()).sum::<f64>() / 100.0)
 }
 
 /// The values of a field in the slots' last words.

@@ -15,6 +15,7 @@ mod http;
 mod outcome;
 mod place;
 mod process;
+mod processor;
 pub mod simulation;
 
 use std::time::{Duration, Instant};
@@ -27,6 +28,7 @@ pub use http::Page;
 pub use outcome::Outcome;
 pub use place::{GOLDEN, Place, SMALL};
 pub use process::Running;
+pub use processor::{processor_time, processor_time_of_children};
 
 /// How long anything may take before a test gives up; generous, as the machine may be busy with other things.
 pub const PATIENCE: Duration = Duration::from_secs(120);
