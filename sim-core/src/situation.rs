@@ -108,6 +108,8 @@ pub(crate) struct Situation {
     pub(crate) target: [f64; 3],
     /// Whether the caretaker speaks.
     pub(crate) caretaker: bool,
+    /// Control steps under the label of the action before this one.
+    pub(crate) lead_in: u32,
 }
 
 impl Situation {
@@ -140,9 +142,13 @@ impl Situation {
                 (area + odd, (area + 2 * odd) % POSTURES as usize)
             }
         };
-        let target = target(experiment, side, jitter);
+        let target = target(experiment, side, &mut jitter);
+        let lead_in = match behaviour.before() {
+            Some(_) => stream.random_range(0..=experiment.trials.lead_in),
+            None => 0,
+        };
         let caretaker = behaviour == Behaviour::MoveToTarget && experiment.caretaker.speaks.in_trial(trial);
-        Self { behaviour, posture, object, target, caretaker }
+        Self { behaviour, posture, object, target, caretaker, lead_in }
     }
 
     fn on_grid(experiment: &Experiment, number: u32) -> Self {
@@ -160,6 +166,7 @@ impl Situation {
             object,
             target: target(experiment, (place + posture) as usize, jitter),
             caretaker: experiment.caretaker.speaks == Speaks::Always,
+            lead_in: 0,
         }
     }
 }
@@ -209,6 +216,26 @@ mod tests {
             assert!(x <= 0.04 && y <= 0.04, "one area");
             assert!(pair[0].target[1] * pair[1].target[1] < 0.0, "both targets");
         }
+    }
+
+    #[test]
+    fn lead_ins_are_drawn_up_to_the_longest_and_change_no_position() {
+        let lengthy = ["trials.lead_in=3".to_owned()];
+        let [plain, linked] = [&[][..], &lengthy].map(|set| Experiment::from_toml("x", "", set).unwrap());
+        let mut seen = [0; 4];
+        for generation in 0..50 {
+            let draw = Draw { replication: 0, generation };
+            for trial in 0..16 {
+                let [plain, linked] =
+                    [&plain, &linked].map(|e| Situation::new(e, Case::Drawn { draw, trial }));
+                assert_eq!(plain, Situation { lead_in: 0, ..linked.clone() });
+                match linked.behaviour {
+                    Behaviour::Reach => assert_eq!(linked.lead_in, 0),
+                    _ => seen[linked.lead_in as usize] += 1,
+                }
+            }
+        }
+        assert!(seen.iter().all(|times| *times > 100), "{seen:?} of 600");
     }
 
     #[test]

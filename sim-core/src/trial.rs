@@ -73,6 +73,8 @@ pub(crate) struct Trial<'a> {
     said: Option<Behaviour>,
     motors: Option<Motors>,
     settled: u32,
+    /// Control steps that are still under the label of the action before this one.
+    lead_in: u32,
     steps: u32,
     held: u32,
     success: bool,
@@ -89,7 +91,7 @@ impl<'a> Trial<'a> {
         network: Network,
         situation: &Situation,
     ) -> Self {
-        let &Situation { behaviour, posture, object, target, caretaker } = situation;
+        let &Situation { behaviour, posture, object, target, caretaker, lead_in } = situation;
         engine.place(lane, &setup.starts.of(behaviour)[posture].placement(object));
         Self {
             setup,
@@ -104,6 +106,7 @@ impl<'a> Trial<'a> {
             said: None,
             motors: None,
             settled: 0,
+            lead_in,
             steps: 0,
             held: 0,
             success: false,
@@ -132,6 +135,9 @@ impl<'a> Trial<'a> {
 
     /// The label that the controller hears in the coming control step.
     fn label(&mut self) -> Option<Behaviour> {
+        if self.lead_in > 0 {
+            return self.behaviour.before();
+        }
         if self.behaviour != Behaviour::MoveToTarget {
             return Some(self.behaviour);
         }
@@ -148,6 +154,10 @@ impl<'a> Trial<'a> {
             self.settled += 1;
             return None;
         };
+        if self.lead_in > 0 {
+            self.lead_in -= 1;
+            return None;
+        }
         self.steps += 1;
         if !self.observation.is_finite() {
             return Some(TrialOutcome { score: f64::NAN, success: false, steps: self.steps });
@@ -170,11 +180,12 @@ impl<'a> Trial<'a> {
         })
     }
 
-    /// The control step that was just judged; none while the posture settles.
+    /// The control step that was just judged; none before any was.
     pub(crate) fn frame(&self) -> Option<Frame> {
         let Setup { experiment, robot, .. } = self.setup;
         let view = View { robot, observation: &self.observation, target: self.target };
-        self.motors.map(|motors| Frame {
+        let motors = self.motors.filter(|_| self.steps > 0);
+        motors.map(|motors| Frame {
             sensors: self.sensors,
             heard: self.heard,
             activity: self.activity,

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use selftalk_sim::behaviours::{Condition, Starts};
-use selftalk_sim::experiment::Engine as Kind;
+use selftalk_sim::experiment::{Engine as Kind, Preset};
 use selftalk_sim::physics::{Instructions, engine};
 use selftalk_sim::robot::{JOINTS, RobotModel};
 use selftalk_sim::{Behaviour, Case, Draw, Experiment, Genotype, Job, Simulator, TrialOutcome};
@@ -118,6 +118,42 @@ fn all_instruction_sets_give_the_golden_digests() {
     }
 }
 
+/// The digest of outcomes with lead-ins and grips that have to hold, which the fingerprint does not cover: when it
+/// changes, the fingerprint has to change as well.
+const GOLDEN_LINKED: &str = "19fe843734b43e6c";
+
+fn linked() -> Experiment {
+    Preset::find("elementary-linked").unwrap().experiment(&[]).unwrap()
+}
+
+#[test]
+fn actions_that_follow_on_from_each_other_give_the_golden_digest() {
+    for instructions in [Instructions::Best, Instructions::Avx2, Instructions::Baseline] {
+        assert_eq!(outcomes_digest(&linked(), instructions, 4), GOLDEN_LINKED, "{instructions:?}");
+    }
+}
+
+#[test]
+fn a_lead_in_is_under_the_label_of_the_action_before_and_is_not_judged() {
+    let mut experiment = Experiment::default();
+    experiment.trials.lead_in = 12;
+    let [plain, linked] =
+        [Experiment::default(), experiment].map(|experiment| Simulator::new(&experiment).unwrap());
+    let genotype = genotype(&plain, 3);
+    let traces = |trial| [&plain, &linked].map(|simulator| simulator.trace(&genotype, case(trial)).unwrap());
+    let [without, with] = traces(0);
+    assert_eq!(without, with, "nothing comes before REACH");
+    let mut others = 0;
+    for trial in 4..16 {
+        let [without, with] = traces(trial);
+        let label = Some(plain.behaviour(trial));
+        assert!(with.frames.iter().all(|frame| frame.heard == label), "{trial}");
+        assert_eq!((with.frames.len(), &with.start), (without.frames.len(), &without.start), "{trial}");
+        others += u32::from(with.frames[0] != without.frames[0]);
+    }
+    assert!(others > 8, "{others} of 12: one in thirteen has no lead-in by chance");
+}
+
 /// The same of the rapier engine.
 const GOLDEN_RAPIER: [&str; 3] = ["0faa8d765ab402b8", "5c41a1e54e6ac3b0", "e5731d8866da57ef"];
 
@@ -171,8 +207,8 @@ proptest! {
     }
 
     #[test]
-    fn a_trace_comes_to_the_same_as_its_trial(seed in 0..1000_u64, trial in 0..16_u32) {
-        let simulator = Simulator::new(&Experiment::default()).unwrap();
+    fn a_trace_comes_to_the_same_as_its_trial(seed in 0..1000_u64, trial in 0..16_u32, lead in any::<bool>()) {
+        let simulator = Simulator::new(&if lead { linked() } else { Experiment::default() }).unwrap();
         let genotype = genotype(&simulator, seed);
         let trace = simulator.trace(&genotype, case(trial)).unwrap();
         prop_assert_eq!(trace.frames.len() as u32, trace.outcome.steps);

@@ -12,7 +12,9 @@ pub(super) fn number(quantity: Quantity, value: f64) -> String {
     match quantity {
         Quantity::Touches => format!("{value:.0}"),
         Quantity::Extension | Quantity::Alignment => format!("{value:.3}"),
-        Quantity::PalmToTop | Quantity::GripToObject | Quantity::ObjectToTarget => format!("{value:.3} m"),
+        Quantity::PalmToTop | Quantity::GripToObject | Quantity::Height | Quantity::ObjectToTarget => {
+            format!("{value:.3} m")
+        }
     }
 }
 
@@ -47,7 +49,7 @@ pub(super) fn apart(quantity: Quantity, seen: &Observation, target: [f64; 3]) ->
             (seen.object, [0, 1, 2].map(|axis| sum(axis) / 3.0))
         }
         Quantity::ObjectToTarget => (target, seen.object),
-        Quantity::Extension | Quantity::Alignment | Quantity::Touches => return None,
+        Quantity::Extension | Quantity::Alignment | Quantity::Touches | Quantity::Height => return None,
     };
     Some([0, 1, 2].map(|axis| thing[axis] - goal[axis]))
 }

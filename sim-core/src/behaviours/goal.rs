@@ -13,18 +13,21 @@ pub enum Quantity {
     GripToObject,
     /// Touch sensors that feel the object.
     Touches,
+    /// Height of the object's base above the table, m.
+    Height,
     /// Distance from the object's centre to the target, m.
     ObjectToTarget,
 }
 
 impl Quantity {
     /// All quantities.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::PalmToTop,
         Self::Extension,
         Self::Alignment,
         Self::GripToObject,
         Self::Touches,
+        Self::Height,
         Self::ObjectToTarget,
     ];
 
@@ -37,6 +40,7 @@ impl Quantity {
             Self::Alignment => "alignment",
             Self::GripToObject => "grip to object",
             Self::Touches => "touches",
+            Self::Height => "height",
             Self::ObjectToTarget => "object to target",
         }
     }

@@ -51,6 +51,17 @@ impl Behaviour {
         }
     }
 
+    /// The elementary action that comes before this one when they are done one after the other.
+    #[must_use]
+    pub const fn before(self) -> Option<Self> {
+        match self {
+            Self::Reach | Self::MoveToTarget => None,
+            Self::Open => Some(Self::Reach),
+            Self::Grasp => Some(Self::Open),
+            Self::Move => Some(Self::Grasp),
+        }
+    }
+
     /// Control steps of a trial.
     #[must_use]
     pub fn steps(self, experiment: &Experiment) -> u32 {
@@ -88,7 +99,7 @@ impl Behaviour {
         match self {
             Self::Reach => reach::conditions(&experiment.reach, view).to_vec(),
             Self::Open => open::conditions(&experiment.open, view).to_vec(),
-            Self::Grasp => grasp::conditions(&experiment.grasp, view).to_vec(),
+            Self::Grasp => grasp::conditions(&experiment.grasp, view),
             Self::Move => transport::conditions(&experiment.transport, view).to_vec(),
             Self::MoveToTarget => integrated::conditions(&experiment.move_to_target, view).to_vec(),
         }

@@ -30,6 +30,7 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), Problem> {
     within("scene.grasp_jitter_share", e.scene.grasp_jitter_share, 0.0..=1.0)?;
     within("scene.target_jitter", e.scene.target_jitter, 0.0..=0.1)?;
     within("trials.hold", e.trials.hold, 1..=shortest_trial(e))?;
+    within("trials.lead_in", e.trials.lead_in, 0..=100_000)?;
     within("trials.goal_share", e.trials.goal_share, 0.0..=1.0)?;
     within("trials.wrong_focus", e.trials.wrong_focus, 0.0..=1.0)?;
     behaviours(e)?;
@@ -69,6 +70,8 @@ fn behaviours(experiment: &Experiment) -> Result<(), Problem> {
     within("grasp.steps", grasp.steps, STEPS)?;
     within("grasp.goal_distance", grasp.goal_distance, DISTANCE)?;
     within("grasp.goal_touches", grasp.goal_touches, 0..=6)?;
+    within("grasp.goal_height", grasp.goal_height, 0.0..=1.0)?;
+    within("grasp.height_weight", grasp.height_weight, 0.0..=1.0)?;
     near("grasp.near", &grasp.near)?;
     within("grasp.near_weight", grasp.near_weight, 0.0..=1.0)?;
     if !(0.0..=1.0 - grasp.near_weight).contains(&grasp.flexion_weight) {

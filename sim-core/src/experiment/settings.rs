@@ -170,6 +170,9 @@ impl Default for Scene {
 pub struct Trials {
     /// Control steps for which the goal must hold without a break to count as reached.
     pub hold: u32,
+    /// Most control steps in which the controller hears the label of the action before this one, at the beginning of
+    /// a trial of OPEN, GRASP or MOVE, before what it does is judged. How many there are is drawn for each trial.
+    pub lead_in: u32,
     /// Whether a trial of an elementary action ends when its goal has been reached; one of MOVE-TO-TARGET always does.
     pub end_at_goal: bool,
     /// Share of the score that reaching the goal gives; the rest is the mean of the graded reward.
@@ -180,7 +183,7 @@ pub struct Trials {
 
 impl Default for Trials {
     fn default() -> Self {
-        Self { hold: 3, end_at_goal: false, goal_share: 0.2, wrong_focus: 0.3 }
+        Self { hold: 3, lead_in: 0, end_at_goal: false, goal_share: 0.2, wrong_focus: 0.3 }
     }
 }
 
@@ -276,6 +279,11 @@ pub struct Grasp {
     pub goal_distance: f64,
     /// The goal's number of touch sensors in contact with the object; the caretaker's rule in the paper: 3.
     pub goal_touches: u32,
+    /// The goal's height of the object's base above the table, in metres; 0 where it need not be raised, as in the
+    /// paper.
+    pub goal_height: f64,
+    /// Weight of that height in the graded reward where it is asked for; the rest is for the other terms.
+    pub height_weight: f64,
     /// How closeness of that centroid is graded.
     pub near: Near,
     /// Weight of closeness in the graded reward.
@@ -292,6 +300,8 @@ impl Default for Grasp {
             steps: 30,
             goal_distance: 0.04,
             goal_touches: 3,
+            goal_height: 0.0,
+            height_weight: 0.4,
             near: Near { narrow: 0.08, ..Near::default() },
             near_weight: 0.5,
             flexion_weight: 0.2,
