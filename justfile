@@ -20,6 +20,10 @@ lint:
     cargo fmt --all --check
     cargo clippy --workspace --all-targets --all-features -- -D warnings
 
+# Spelling, in code and text (needs typos, from crates.io or PyPI)
+spelling:
+    typos
+
 # The API's documentation, in a browser
 doc:
     cargo doc --workspace --no-deps --open
@@ -42,6 +46,10 @@ readers:
     python3 -m venv target/readers
     target/readers/bin/pip install --quiet --requirement tests/readers.txt
     SELFTALK_PYTHON="$PWD/target/readers/bin/python" cargo test -p selftalk-tests --test deploy --test export --test hostile --test replay -- --nocapture
+
+# The documentation as a book, in a browser (needs mdbook)
+book:
+    mdbook serve --open
 
 # Licences, sources and known vulnerabilities of the dependencies (needs cargo-deny)
 deny:

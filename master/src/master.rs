@@ -4,6 +4,7 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io;
 use std::sync::Arc;
 
+use selftalk_proto::v1;
 use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::watch;
@@ -11,9 +12,9 @@ use tokio_stream::Stream;
 use tokio_util::sync::CancellationToken;
 use tonic::transport::server::Connected;
 
-use crate::driver::{Board, Driver, DriverError, RunEnd};
+use crate::driver::{Board, Driver, DriverError, RunEnd, Standing};
 use crate::scheduler::Limits;
-use crate::service::{Crew, Floor, Handle, Hub, ServiceError, Settings, serve};
+use crate::service::{Crew, Floor, Handle, Hub, Roll, Served, ServiceError, Settings, serve};
 use crate::store::{Store, StoredExperiment};
 
 /// Why a master cannot go on.
@@ -33,6 +34,26 @@ pub enum MasterError {
 /// A number that nobody else knows: the standard library's hasher is seeded at random. No result depends on it.
 fn secret() -> u64 {
     RandomState::new().build_hasher().finish()
+}
+
+/// The board, as operators are told of it.
+#[derive(Debug)]
+struct OnBoard(watch::Receiver<Board>);
+
+impl Roll for OnBoard {
+    fn standings(&self) -> Vec<v1::Standing> {
+        let told = |standing: &Standing| v1::Standing {
+            experiment: standing.experiment.clone(),
+            replication: standing.replication,
+            generations: standing.generations,
+            of: standing.of,
+            finished: standing.finished,
+            best_fitness: standing.last.map(|last| last.best),
+            best_successes: standing.last.map(|last| last.successes),
+            trials: standing.trials,
+        };
+        self.0.borrow().standings.iter().map(told).collect()
+    }
 }
 
 /// A master that is ready to receive workers.
@@ -79,7 +100,7 @@ impl<S: Store> Master<S> {
         self.handle.floor()
     }
 
-    /// Runs until all replications are finished or `shutdown` is cancelled, with the workers that come `incoming` (see
+    /// Runs until all replications are finished or `shutdown` is cancelled, by the caller or by an operator, with the workers that come `incoming` (see
     /// [`connections`](crate::service::connections)), and takes leave of them.
     ///
     /// # Errors
@@ -94,7 +115,9 @@ impl<S: Store> Master<S> {
     {
         let Self { store, driver, handle, settings } = self;
         let close = CancellationToken::new();
-        let serving = serve(incoming, handle.clone(), store, settings, close.clone());
+        let roll = Arc::new(OnBoard(driver.board()));
+        let served = Served { handle: handle.clone(), store, roll, run: shutdown.clone() };
+        let serving = serve(incoming, served, settings, close.clone());
         let mut serving = std::pin::pin!(serving);
         let end = tokio::select! {
             biased;

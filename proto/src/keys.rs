@@ -1,5 +1,5 @@
-//! What master and workers prove to each other who they are with, and encrypt what they say: a folder of certificate,
-//! key, authority and token each. `selftalk keys init` makes such folders. The files have the names of the secrets in
+//! What a master and those who call it, workers and operators, prove to each other who they are with, and encrypt what
+//! they say: a folder of certificate, key, authority and token each. `selftalk keys init` makes such folders. The files have the names of the secrets in
 //! which Kubernetes keeps certificates, so one of those can be mounted as it is.
 
 use std::io::ErrorKind;
@@ -18,8 +18,10 @@ pub const CERTIFICATE: &str = "tls.crt";
 pub const KEY: &str = "tls.key";
 /// Certificate of the authority by which the other side's certificate has to be signed, in PEM.
 pub const AUTHORITY: &str = "ca.crt";
-/// The token.
+/// The token: a worker's, an operator's, or in a master's folder the one that workers must have.
 pub const TOKEN: &str = "token";
+/// In a master's folder, the token that operators must have.
+pub const OPERATOR_TOKEN: &str = "operator-token";
 
 /// Why a folder of keys cannot be used.
 #[derive(Debug, Error)]
@@ -60,13 +62,15 @@ pub enum KeysError {
 }
 
 /// A master's keys: its certificate and key, and, where there are any, the authority that signs the certificates which
-/// its workers must have then, and the token.
+/// its callers must have then, and the tokens.
 #[derive(Debug, Clone)]
 pub struct MasterKeys {
     /// How connections are encrypted.
     pub tls: ServerTlsConfig,
     /// The token that workers must have, if any.
     pub token: Option<Token>,
+    /// The token that operators must have; without one there are none.
+    pub operators: Option<Token>,
 }
 
 impl MasterKeys {
@@ -84,21 +88,21 @@ impl MasterKeys {
             tls = tls.client_ca_root(authority);
         }
         Server::builder().tls_config(tls.clone()).map_err(|error| refused(folder, &error))?;
-        Ok(Self { tls, token: token(folder)? })
+        Ok(Self { tls, token: token(folder, TOKEN)?, operators: token(folder, OPERATOR_TOKEN)? })
     }
 }
 
-/// A worker's keys: the authority that signs its master's certificate, and, where there are any, its own certificate and
+/// The keys of a worker or an operator: the authority that signs its master's certificate, and, where there are any, its own certificate and
 /// key, and the token.
 #[derive(Debug, Clone)]
-pub struct WorkerKeys {
+pub struct ClientKeys {
     /// How connections are encrypted.
     pub tls: ClientTlsConfig,
     /// The token, if any.
     pub token: Option<Token>,
 }
 
-impl WorkerKeys {
+impl ClientKeys {
     /// The keys in a folder.
     ///
     /// # Errors
@@ -114,7 +118,7 @@ impl WorkerKeys {
         }
         let anywhere = Endpoint::from_static("https://localhost");
         anywhere.tls_config(tls.clone()).map_err(|error| refused(folder, &error))?;
-        Ok(Self { tls, token: token(folder)? })
+        Ok(Self { tls, token: token(folder, TOKEN)? })
     }
 }
 
@@ -139,8 +143,8 @@ fn authority(folder: &Path) -> Result<Option<Certificate>, KeysError> {
     Ok(Some(Certificate::from_pem(pem)))
 }
 
-fn token(folder: &Path) -> Result<Option<Token>, KeysError> {
-    let path = folder.join(TOKEN);
+fn token(folder: &Path, name: &str) -> Result<Option<Token>, KeysError> {
+    let path = folder.join(name);
     let there = path.try_exists().map_err(|reason| KeysError::File { path: path.clone(), reason })?;
     Ok(if there { Token::given(Some(&path), None)? } else { None })
 }
@@ -195,10 +199,10 @@ mod tests {
         let token = "0123456789abcdef";
         let master = folder(&[(CERTIFICATE, &certificate), (KEY, &key), (TOKEN, token)]);
         assert!(MasterKeys::read(master.path()).unwrap().token.is_some());
-        let message = WorkerKeys::read(master.path()).unwrap_err().to_string();
+        let message = ClientKeys::read(master.path()).unwrap_err().to_string();
         assert!(message.contains("ca.crt: cannot be read"), "{message}");
         let worker = folder(&[(AUTHORITY, &certificate)]);
-        assert!(WorkerKeys::read(worker.path()).unwrap().token.is_none());
+        assert!(ClientKeys::read(worker.path()).unwrap().token.is_none());
         let message = MasterKeys::read(worker.path()).unwrap_err().to_string();
         assert!(message.contains("tls.crt: cannot be read") && message.contains("keys init"), "{message}");
     }

@@ -1,8 +1,10 @@
-//! The wire between master and workers: the generated types in [`v1`], and types that have been checked beside them.
+//! The wire between a master, its workers and its operators: the generated types in [`v1`], and types that have been
+//! checked beside them.
 //!
 //! Messages come from another process, so nothing that arrives is trusted: every incoming message is converted with
 //! `TryFrom`, which refuses what is malformed with a [`WireError`] and never panics.
 
+mod address;
 mod error;
 mod from_master;
 mod from_worker;
@@ -16,10 +18,11 @@ pub mod v1 {
     tonic::include_proto!("selftalk.v1");
 }
 
+pub use address::{AddressError, chain, endpoint};
 pub use error::WireError;
 pub use from_master::{FromMaster, RefusalReason};
 pub use from_worker::{Answer, FromWorker, Hello, UnitResult};
-pub use keys::{KeysError, MasterKeys, WorkerKeys};
+pub use keys::{ClientKeys, KeysError, MasterKeys};
 pub use token::{Token, TokenError};
 pub use unit::{Unit, UnitKey};
 

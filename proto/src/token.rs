@@ -1,4 +1,4 @@
-//! The token: a secret that a master and its workers share.
+//! Tokens: secrets that a master shares with its workers, and with its operators.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -35,7 +35,7 @@ pub enum TokenError {
     },
 }
 
-/// A secret that a master and its workers share. It is never shown.
+/// A secret that a master shares with its workers, or with its operators. It is never shown.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Token(String);
 

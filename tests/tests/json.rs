@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use clap::CommandFactory;
 use selftalk::cli::Cli;
-use selftalk_tests::Place;
+use selftalk_tests::{Place, wait_until};
 use serde_json::Value;
 
 const DOCUMENT: &str = include_str!("../../docs/json.md");
@@ -73,6 +73,16 @@ fn every_command_prints_the_fields_that_are_documented() {
     place.run(&format!("run integrated-le --ancestors none --db second.db {all}")).done();
     place.run("results small --out kept --trials 16").done();
     place.run("run small.toml --set name=other --set generations=3 --seed 8").done();
+    place.write("operators", "operators-token-0123456789");
+    let mut master =
+        place.start("serve --listen 127.0.0.1:0 --operator-token-file operators small.toml --db served.db");
+    let operators = format!("--master http://{} --token-file operators", master.address());
+    // Held up, so that it is still there when it is asked.
+    place.run(&format!("operate pause {operators}")).done();
+    let _worker = place.start_worker(&master.address());
+    wait_until("the worker", || {
+        (!place.ask(&format!("operate workers {operators}")).is_empty()).then_some(())
+    });
     let commands = [
         ("history experiments", ""),
         ("history replications", ""),
@@ -95,6 +105,8 @@ fn every_command_prints_the_fields_that_are_documented() {
         ("export", "--out tables --individuals best"),
         ("backup", "copy.db"),
         ("digest", ""),
+        ("operate standings", &operators),
+        ("operate workers", &operators),
     ];
     let documented = documented();
     let mut names: Vec<&str> = commands.iter().map(|(name, _)| *name).collect();

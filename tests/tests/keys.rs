@@ -111,5 +111,5 @@ fn nobody_else_can_read_the_keys() {
             }
         }
     }
-    assert_eq!(files, 10);
+    assert_eq!(files, 15);
 }

@@ -47,7 +47,9 @@ fn a_full_disk_loses_nothing_that_was_complete() {
     };
     let place = Place::in_folder(disk.path());
     place.write("small.toml", SMALL);
-    let message = place.run("run small.toml --workers 2").failed(4);
+    let outcome = place.run("run small.toml --workers 2");
+    assert!(outcome.stderr.contains("history.db: the disk has only 0 MiB left"), "{}", outcome.stderr);
+    let message = outcome.failed(4);
     assert!(message.contains("history.db: the disk is full; everything"), "{message}");
     let message = place.run("resume").failed(4);
     assert!(message.contains("history.db: the disk is full; everything"), "{message}");

@@ -1,5 +1,6 @@
 //! Why a worker cannot go on.
 
+use selftalk_proto::AddressError;
 use selftalk_sim::{ExperimentError, SimError};
 use thiserror::Error;
 
@@ -7,13 +8,8 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum WorkerError {
     /// The master's address is not one.
-    #[error("{master}: not the address of a master: {reason}")]
-    Address {
-        /// As it was given.
-        master: String,
-        /// What is wrong with it.
-        reason: String,
-    },
+    #[error(transparent)]
+    Address(#[from] AddressError),
     /// The master could not be reached.
     #[error("{master}: no master reached within {seconds} s: {reason}")]
     Unreachable {
@@ -74,18 +70,4 @@ impl WorkerError {
             Self::Unreachable { .. } | Self::Refused { .. } | Self::Token { .. } | Self::NotAMaster { .. }
         )
     }
-}
-
-/// An error with its causes, in one line; the network library's own text often names only the layer.
-pub(crate) fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        let next = error.to_string();
-        if !text.contains(&next) {
-            text = format!("{text}: {next}");
-        }
-        cause = error.source();
-    }
-    text
 }

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Parser, ValueEnum};
-use selftalk_proto::{KeysError, SLOT_LIMIT, Token, TokenError, WorkerKeys};
+use selftalk_proto::{ClientKeys, KeysError, SLOT_LIMIT, Token, TokenError};
 use selftalk_worker::{Config, End, WorkerError, run, signal};
 use tracing_subscriber::EnvFilter;
 
@@ -85,7 +85,7 @@ fn main() -> ExitCode {
             let network = error.downcast_ref::<WorkerError>().is_some_and(WorkerError::is_network);
             let usage = error.is::<TokenError>()
                 || error.is::<KeysError>()
-                || matches!(error.downcast_ref(), Some(WorkerError::Address { .. }));
+                || matches!(error.downcast_ref(), Some(WorkerError::Address(_)));
             ExitCode::from(if network {
                 5
             } else if usage {
@@ -104,7 +104,7 @@ async fn work(cli: Cli) -> anyhow::Result<u8> {
     config.slots = cli.slots.unwrap_or(config.slots);
     config.token = Token::given(cli.token_file.as_deref(), std::env::var(Token::VARIABLE).ok().as_deref())?;
     if let Some(folder) = &cli.keys {
-        let keys = WorkerKeys::read(folder)?;
+        let keys = ClientKeys::read(folder)?;
         config.tls = Some(keys.tls);
         config.token = config.token.or(keys.token);
     }

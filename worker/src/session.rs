@@ -7,7 +7,7 @@ use std::time::Duration;
 use selftalk_proto::v1::WorkerMessage;
 use selftalk_proto::v1::evaluation_client::EvaluationClient;
 use selftalk_proto::{
-    FromMaster, FromWorker, Hello, MESSAGE_LIMIT, PROTOCOL, Token, Unit, UnitKey, UnitResult,
+    FromMaster, FromWorker, Hello, MESSAGE_LIMIT, PROTOCOL, Token, Unit, UnitKey, UnitResult, chain, endpoint,
 };
 use selftalk_sim::{Experiment, Simulator};
 use tokio::sync::mpsc;
@@ -19,7 +19,7 @@ use tonic::{Code, Request, Status, Streaming};
 
 use crate::config::{Config, host};
 use crate::dial::Dial;
-use crate::error::{WorkerError, chain};
+use crate::error::WorkerError;
 use crate::queue::{Queue, Study, Task};
 
 /// How long a master may take to accept a connection, and to answer the hello.
@@ -91,19 +91,7 @@ impl Session {
         shutdown: CancellationToken,
     ) -> Result<Self, WorkerError> {
         let master = config.master.clone();
-        let refuse = |reason: String| WorkerError::Address { master: master.clone(), reason };
-        let mut endpoint = Endpoint::from_shared(master.clone()).map_err(|error| refuse(chain(&error)))?;
-        let (scheme, hint) = match config.tls {
-            Some(_) => ("https", "expected https://HOST:PORT, as keys are given"),
-            None => ("http", "expected http://HOST:PORT, or with --keys https://HOST:PORT"),
-        };
-        if endpoint.uri().scheme_str() != Some(scheme) || endpoint.uri().host().is_none() {
-            return Err(refuse(hint.to_owned()));
-        }
-        if let Some(tls) = &config.tls {
-            endpoint = endpoint.tls_config(tls.clone()).map_err(|error| refuse(chain(&error)))?;
-        }
-        let endpoint = endpoint
+        let endpoint = endpoint(&master, config.tls.as_ref())?
             .connect_timeout(PATIENCE)
             .tcp_nodelay(true)
             .http2_keep_alive_interval(KEEPALIVE)

@@ -15,6 +15,7 @@ use super::choose::{command, resume_command};
 use super::dashboard::Dashboard;
 use super::overall::Overall;
 use super::progress::Progress;
+use super::space::Space;
 use crate::dashboard::Live;
 use crate::driver::{DriverError, RunEnd};
 use crate::exit::{Exit, Failure};
@@ -35,6 +36,8 @@ pub(super) struct Remote {
     pub(super) listener: TcpListener,
     /// What they must know, if anything.
     pub(super) token: Option<Token>,
+    /// What operators must know; without it there are none.
+    pub(super) operators: Option<Token>,
     /// How lines are encrypted, if they are.
     pub(super) tls: Option<ServerTlsConfig>,
     /// Share of their answers that the master evaluates again.
@@ -66,8 +69,7 @@ pub(super) async fn conduct(
 ) -> Result<Vec<StoredExperiment>, Failure> {
     let store = Arc::new(store);
     let remote = matches!(workers, Workers::Remote(..));
-    let shown = dashboard.map(|dashboard| (dashboard, global));
-    let result = run(Arc::clone(&store), &experiments, workers, signal, shown, overall).await;
+    let result = run(Arc::clone(&store), &experiments, workers, signal, dashboard, overall, global).await;
     if let Some(dashboard) = dashboard {
         dashboard.clear().await;
     }
@@ -89,26 +91,28 @@ async fn run(
     experiments: &[StoredExperiment],
     workers: Workers,
     signal: &Signal,
-    shown: Option<(&Dashboard, &Global)>,
+    dashboard: Option<&Dashboard>,
     overall: Option<Overall>,
+    global: &Global,
 ) -> Result<RunEnd, Failure> {
     let (remote, here) = match workers {
         Workers::Remote(remote) => (remote, 0),
         // These are the master's own threads: what they answer is what the master computes.
         Workers::Here(count) => {
             let listener = listen("127.0.0.1:0").await?;
-            (Remote { listener, token: None, tls: None, audit: 0.0 }, count)
+            (Remote { listener, token: None, operators: None, tls: None, audit: 0.0 }, count)
         }
     };
-    let Remote { listener, token, tls, audit } = remote;
+    let Remote { listener, token, operators, tls, audit } = remote;
     let address = listener.local_addr().map_err(|error| Failure::new(Exit::Network, error))?;
     let fingerprint = selftalk_sim::fingerprint()?;
-    let settings = Settings { token, tls, audit, ..Settings::new(fingerprint.as_str()) };
+    let settings = Settings { token, operators, tls, audit, ..Settings::new(fingerprint.as_str()) };
     let master = Master::prepare(store, experiments, settings).await.map_err(failure)?;
-    if let Some((dashboard, global)) = shown {
+    if let Some(dashboard) = dashboard {
         let live = Live { board: master.board(), floor: master.floor() };
         dashboard.show(&global.db, &fingerprint, Some(live)).await;
     }
+    let _space = Space::watch(&global.db, master.board());
     let progress = Progress::show(master.board(), master.crew(), overall);
     let shutdown = signal.token().child_token();
     let mut crew = Crew::hire(here, &format!("http://{address}"), &fingerprint, &shutdown);
@@ -194,8 +198,9 @@ fn failure(error: MasterError) -> Failure {
 }
 
 fn interrupted(experiments: &[StoredExperiment], remote: bool, signal: &Signal, global: &Global) -> Failure {
-    let exit =
-        if signal.exit_code() == Some(Exit::Terminated as u8) { Exit::Terminated } else { Exit::Interrupted };
+    // Without a signal it was an operator, whose word counts like SIGTERM.
+    let by_hand = signal.exit_code() == Some(Exit::Interrupted as u8);
+    let exit = if by_hand { Exit::Interrupted } else { Exit::Terminated };
     let name = match experiments {
         [one] => one.experiment.name.as_str(),
         _ => "",

@@ -10,7 +10,7 @@ use rcgen::{
     KeyUsagePurpose,
 };
 use rustls_pki_types::ServerName;
-use selftalk_proto::keys::{AUTHORITY, CERTIFICATE, KEY, TOKEN};
+use selftalk_proto::keys::{AUTHORITY, CERTIFICATE, KEY, OPERATOR_TOKEN, TOKEN};
 
 use super::args::{KeysArgs, KeysCommand};
 use crate::exit::{Exit, Failure};
@@ -28,14 +28,16 @@ pub fn run(args: &KeysArgs) -> Result<(), Failure> {
     write(&args.folder, &files)?;
     let folder = args.folder.display();
     eprintln!(
-        "{folder}/master is for `selftalk serve --keys`, {folder}/worker for `selftalk-worker --keys`."
+        "{folder}/master is for `selftalk serve --keys`, {folder}/worker for `selftalk-worker --keys`, {folder}/operator for \
+         `selftalk operate --keys`."
     );
-    eprintln!("{folder}/authority signs further certificates and need not be on either's machine.");
+    eprintln!("{folder}/authority signs further certificates and need not be on any of their machines.");
     Ok(())
 }
 
-/// The folders' files, with what is in each. The authority signs one certificate for the master and one that all workers
-/// share; each side trusts what the authority signed.
+/// The folders' files, with what is in each. The authority signs one certificate for the master, one that all workers
+/// share and one for operators; each side trusts what the authority signed. What workers and operators may do, their tokens
+/// tell.
 fn make(hosts: &[String]) -> Result<Vec<(&'static str, &'static str, String)>, Failure> {
     for host in hosts {
         ServerName::try_from(host.as_str()).map_err(|_| {
@@ -47,7 +49,9 @@ fn make(hosts: &[String]) -> Result<Vec<(&'static str, &'static str, String)>, F
     let (master, master_key) = master.map_err(unexpected)?;
     let worker = signed("selftalk worker", &[], ExtendedKeyUsagePurpose::ClientAuth, &authority);
     let (worker, worker_key) = worker.map_err(unexpected)?;
-    let token = token()?;
+    let operator = signed("selftalk operator", &[], ExtendedKeyUsagePurpose::ClientAuth, &authority);
+    let (operator, operator_key) = operator.map_err(unexpected)?;
+    let (token, operator_token) = (token()?, token()?);
     let authority = authority.pem();
     Ok(vec![
         ("authority", CERTIFICATE, authority.clone()),
@@ -56,10 +60,15 @@ fn make(hosts: &[String]) -> Result<Vec<(&'static str, &'static str, String)>, F
         ("master", CERTIFICATE, master),
         ("master", KEY, master_key),
         ("master", TOKEN, token.clone()),
-        ("worker", AUTHORITY, authority),
+        ("master", OPERATOR_TOKEN, operator_token.clone()),
+        ("worker", AUTHORITY, authority.clone()),
         ("worker", CERTIFICATE, worker),
         ("worker", KEY, worker_key),
         ("worker", TOKEN, token),
+        ("operator", AUTHORITY, authority),
+        ("operator", CERTIFICATE, operator),
+        ("operator", KEY, operator_key),
+        ("operator", TOKEN, operator_token),
     ])
 }
 

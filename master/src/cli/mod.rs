@@ -17,6 +17,7 @@ pub mod history;
 pub mod individuals;
 pub mod keys;
 pub mod man;
+pub mod operate;
 pub mod output;
 mod overall;
 mod picture;
@@ -31,6 +32,7 @@ pub mod run;
 pub mod select;
 pub mod serve;
 pub mod show;
+mod space;
 mod summary;
 #[cfg(test)]
 mod tests;
@@ -68,6 +70,7 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Export(args) => export::run(args, &global).await,
         Command::Backup(args) => backup::run(args, &global).await,
         Command::Digest(args) => digest::run(args, &global).await,
+        Command::Operate(args) => operate::run(args, &global).await,
         Command::Keys(args) => keys::run(&args),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args),

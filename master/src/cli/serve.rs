@@ -24,7 +24,7 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
     for experiment in &mut asked {
         adopt(experiment, args.ancestors.as_deref(), global).await?;
     }
-    let (token, tls) = admission(&args)?;
+    let Admission { token, operators, tls } = admission(&args)?;
     let signal = watch_signals()?;
     // A taken port is found out before anything is written.
     let listener = listen(args.listen).await?;
@@ -56,7 +56,7 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
     eprintln!(
         "listening on {address}; workers join with `selftalk-worker --master {scheme}://{address}{keys}`"
     );
-    let remote = Remote { listener, token, tls, audit: args.audit };
+    let remote = Remote { listener, token, operators, tls, audit: args.audit };
     let workers = Workers::Remote(remote);
     let ended = conduct(store, running, workers, &signal, dashboard.as_ref(), None, global).await?;
     print_summary(&ended, global)?;
@@ -64,21 +64,36 @@ pub async fn run(args: ServeArgs, global: &Global) -> Result<(), Failure> {
     Ok(())
 }
 
+/// What those who come in must have.
+struct Admission {
+    token: Option<Token>,
+    operators: Option<Token>,
+    tls: Option<ServerTlsConfig>,
+}
+
 /// Who may come in: those who have the token and, with keys, a certificate. Where other machines can, it takes keys and a
 /// token, or a word to say that the network is trusted.
 ///
 /// # Errors
-/// [`Exit::Usage`] when that word is missing, or keys or token cannot be used.
-fn admission(args: &ServeArgs) -> Result<(Option<Token>, Option<ServerTlsConfig>), Failure> {
+/// [`Exit::Usage`] when that word is missing, or keys or tokens cannot be used.
+fn admission(args: &ServeArgs) -> Result<Admission, Failure> {
     let usage = |error: &dyn Display| Failure::new(Exit::Usage, error);
     let variable = std::env::var(Token::VARIABLE).ok();
     let token =
         Token::given(args.token_file.as_deref(), variable.as_deref()).map_err(|error| usage(&error))?;
+    let operators = Token::given(args.operator_token_file.as_deref(), None).map_err(|error| usage(&error))?;
     let keys = args.keys.as_deref().map(MasterKeys::read).transpose().map_err(|error| usage(&error))?;
-    let (tls, among_keys) = keys.map_or((None, None), |keys| (Some(keys.tls), keys.token));
-    let token = token.or(among_keys);
-    let who = match (&token, &tls) {
-        (Some(_), Some(_)) => return Ok((token, tls)),
+    let (tls, workers, others) =
+        keys.map_or((None, None, None), |keys| (Some(keys.tls), keys.token, keys.operators));
+    let (token, operators) = (token.or(workers), operators.or(others));
+    if token.is_some() && token == operators {
+        let message = "workers and operators have the same token; give them different ones, as any worker could \
+                       end the run";
+        return Err(usage(&message));
+    }
+    let admission = Admission { token, operators, tls };
+    let who = match (&admission.token, &admission.tls) {
+        (Some(_), Some(_)) => return Ok(admission),
         (Some(_), None) => "read along, as nothing is encrypted",
         (None, Some(_)) => "join as workers, as no token is asked for",
         (None, None) => "join as workers and read along, as there are neither token nor keys",
@@ -91,5 +106,5 @@ fn admission(args: &ServeArgs) -> Result<(Option<Token>, Option<ServerTlsConfig>
         );
         return Err(Failure::new(Exit::Usage, message));
     }
-    Ok((token, tls))
+    Ok(admission)
 }

@@ -131,7 +131,8 @@ async fn the_overview_has_every_replication_and_the_master() {
         trials_per_second: 12.5,
         silence: Duration::from_millis(1500),
     };
-    let floor = Floor { workers: vec![worker], waiting: 30, leased: 7, units: 10, trials: 160 };
+    let floor =
+        Floor { workers: vec![worker], waiting: 30, paused: false, leased: 7, units: 10, trials: 160 };
     let floor = watch::Sender::new(floor);
     let site = Site::of(3, Some(Live { board: board.subscribe(), floor: floor.subscribe() })).await;
 

@@ -74,6 +74,8 @@ pub enum Event {
         /// Whether the answer was right.
         right: bool,
     },
+    /// Units are held back from now on (true), or given out again.
+    Paused(bool),
     /// The run is about to end: whoever has answered since it was last found right is looked into.
     Closing,
     /// Time has passed: milliseconds since some start.

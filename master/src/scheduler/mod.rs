@@ -140,6 +140,8 @@ pub struct Scheduler {
     ledger: Ledger,
     /// Processes that sent signs of life and no answers.
     hanging: BTreeSet<u64>,
+    /// Whether units are held back.
+    paused: bool,
     effects: Vec<Effect>,
 }
 
@@ -164,6 +166,7 @@ impl Scheduler {
             Event::Failed(peer, key, reason) => self.fail(peer, key, reason),
             Event::Audited { instance, serial, right: true } => self.ledger.right(instance, serial),
             Event::Audited { instance, right: false, .. } => self.expel(instance),
+            Event::Paused(paused) => self.paused = paused,
             Event::Closing => {
                 let claims = self.ledger.settle_all();
                 self.effects.extend(claims.into_iter().map(Effect::Audit));
@@ -176,7 +179,9 @@ impl Scheduler {
     /// events may lie between two calls.
     #[must_use]
     pub fn settle(&mut self) -> Vec<Effect> {
-        self.deal();
+        if !self.paused {
+            self.deal();
+        }
         std::mem::take(&mut self.effects)
     }
 

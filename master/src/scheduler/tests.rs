@@ -52,6 +52,7 @@ enum Step {
     Fail(u8, u8),
     /// The master has looked into an answer.
     Audit(u8),
+    Pause(bool),
     Tick(u16),
 }
 
@@ -67,6 +68,7 @@ fn step() -> impl Strategy<Value = Step> {
         1 => (any::<u8>(), any::<u8>()).prop_map(|(a, b)| Step::ShortAnswer(a, b)),
         2 => (any::<u8>(), any::<u8>()).prop_map(|(a, b)| Step::Fail(a, b)),
         3 => any::<u8>().prop_map(Step::Audit),
+        1 => any::<bool>().prop_map(Step::Pause),
         2 => (0_u16..5000).prop_map(Step::Tick),
     ]
 }
@@ -83,6 +85,7 @@ struct World {
     ended: BTreeMap<UnitKey, Verdict>,
     audits: Vec<Claim>,
     expelled: BTreeSet<u64>,
+    paused: bool,
 }
 
 impl Default for World {
@@ -99,6 +102,7 @@ impl Default for World {
             ended: BTreeMap::new(),
             audits: Vec::new(),
             expelled: BTreeSet::new(),
+            paused: false,
         }
     }
 }
@@ -115,6 +119,7 @@ impl World {
         match effect {
             Effect::Lease(peer, units) => {
                 assert!(!units.is_empty() && units.len() <= 4);
+                assert!(!self.paused, "leased while units are held back");
                 let (instance, held) = self.connected.get_mut(&peer).expect("leased to nobody");
                 assert!(!self.expelled.contains(instance), "leased to one that was found wrong");
                 for (work, attempt) in units {
@@ -218,6 +223,10 @@ impl World {
                 }
             }
             Step::Audit(choice) => self.audit(usize::from(choice)),
+            Step::Pause(paused) => {
+                self.paused = paused;
+                self.tell(Event::Paused(paused));
+            }
             Step::Tick(ms) => {
                 self.now_ms += u64::from(ms);
                 let alive: Vec<PeerId> = self.connected.keys().copied().collect();
@@ -246,6 +255,8 @@ impl World {
 
     /// Healthy workers join and do whatever they are given.
     fn finish(&mut self) {
+        self.paused = false;
+        self.tell(Event::Paused(false));
         self.join(1 << 40, 3, BTreeSet::new());
         for round in 0_u32.. {
             assert!(round < 100_000, "no end");

@@ -18,6 +18,8 @@ pub struct Floor {
     pub workers: Vec<Attendance>,
     /// Units that wait to be given out.
     pub waiting: usize,
+    /// Whether an operator has them held back.
+    pub paused: bool,
     /// Units that workers hold.
     pub leased: usize,
     /// Units that were evaluated since the master began.

@@ -66,6 +66,7 @@ pub(super) enum Command {
     Submit { works: Vec<Arc<Work>>, ends: mpsc::UnboundedSender<(UnitKey, UnitEnd)> },
     Joined { peer: PeerId, instance: u64, slots: u32, holds: Vec<UnitKey>, line: Line },
     Events(Vec<Event>),
+    Pause(bool),
     Closing { closed: oneshot::Sender<()> },
     Farewell { finished: bool },
 }
@@ -120,6 +121,11 @@ impl Handle {
         if wait.await.is_err() {
             tracing::debug!("the hub is gone");
         }
+    }
+
+    /// Holds units back, or gives them out again.
+    pub async fn pause(&self, paused: bool) {
+        self.tell(Command::Pause(paused)).await;
     }
 
     /// Tells the workers that the master ends; `finished` when it is not expected back.

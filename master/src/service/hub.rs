@@ -43,6 +43,8 @@ pub struct Hub {
     done: Done,
     /// Workers that do not take what is sent to them.
     stalled: Vec<PeerId>,
+    /// Whether units are held back.
+    paused: bool,
     /// Set when the master ends.
     farewell: Option<FromMaster>,
 }
@@ -84,6 +86,7 @@ impl Hub {
             revoked,
             closing: Vec::new(),
             stalled: Vec::new(),
+            paused: false,
             farewell: None,
         };
         tokio::spawn(hub.run(inbox));
@@ -166,6 +169,12 @@ impl Hub {
                 self.count();
             }
             Command::Events(events) => events.into_iter().for_each(|event| self.note(event)),
+            Command::Pause(paused) => {
+                tracing::info!(paused, "an operator has decided whether units are given out");
+                self.paused = paused;
+                self.scheduler.handle(Event::Paused(paused));
+                self.look(Instant::now());
+            }
             Command::Closing { closed } => {
                 self.closing.push(closed);
                 self.scheduler.handle(Event::Closing);
@@ -318,6 +327,7 @@ impl Hub {
         self.floor.send_replace(Floor {
             workers,
             waiting,
+            paused: self.paused,
             leased: self.scheduler.open_units() - waiting,
             units: self.done.units,
             trials: self.done.trials,

@@ -1,9 +1,10 @@
 //! The master on the network: takes workers in, gives them units and collects the outcomes.
 //!
-//! A [`Hub`] owns the scheduler; [`serve`] brings workers to it over gRPC, and a [`Handle`] brings it work.
+//! A [`Hub`] owns the scheduler; [`serve`] brings workers to it over gRPC, and operators, and a [`Handle`] brings it work.
 
 mod auditor;
 mod connection;
+mod desk;
 mod floor;
 mod gate;
 mod handle;
@@ -15,6 +16,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use selftalk_proto::v1::evaluation_server::EvaluationServer;
+use selftalk_proto::v1::operation_server::OperationServer;
 use selftalk_proto::{DESCRIPTORS, MESSAGE_LIMIT, Token};
 use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncWrite};
@@ -26,7 +28,9 @@ use tonic::transport::{Server, ServerTlsConfig};
 
 use crate::store::Store;
 use connection::Door;
+use desk::Desk;
 
+pub use desk::Roll;
 pub use floor::{Attendance, Floor};
 pub use gate::{Admission, Guest, connections};
 pub use handle::{Crew, Handle, Revocations, UnitEnd};
@@ -38,6 +42,8 @@ const KEEPALIVE: Duration = Duration::from_secs(10);
 const HANDSHAKE: Duration = Duration::from_secs(10);
 /// Streams on a connection at the same time; a worker needs one.
 const STREAMS: u32 = 16;
+/// Largest message of an operator, in bytes: they say next to nothing.
+const OPERATION_LIMIT: usize = 4096;
 /// How long the connections have to end on their own.
 const GRACE: Duration = Duration::from_secs(3);
 
@@ -48,6 +54,8 @@ pub struct Settings {
     pub fingerprint: String,
     /// The token that workers must have, if any.
     pub token: Option<Token>,
+    /// The token that operators must have; without one there are none.
+    pub operators: Option<Token>,
     /// How connections are encrypted, if they are.
     pub tls: Option<ServerTlsConfig>,
     /// Share of the workers' answers that the master evaluates again, 0 to 1.
@@ -63,6 +71,7 @@ impl Settings {
         Self {
             fingerprint: fingerprint.into(),
             token: None,
+            operators: None,
             tls: None,
             audit: 0.0,
             heartbeat: Duration::from_secs(2),
@@ -81,15 +90,27 @@ pub enum ServiceError {
     Description(#[from] tonic_reflection::server::Error),
 }
 
-/// Receives workers from the connections that come `incoming`, see [`connections`], until `shutdown` is cancelled. To be
-/// called after [`Handle::farewell`], so that the workers know what to expect.
+/// What is served: the work, and what operators may see of it and do with it.
+#[derive(Debug)]
+pub struct Served<S> {
+    /// Where work comes from.
+    pub handle: Handle,
+    /// Where workers are noted.
+    pub store: Arc<S>,
+    /// Where the replications stand.
+    pub roll: Arc<dyn Roll>,
+    /// Cancelled when an operator ends the run.
+    pub run: CancellationToken,
+}
+
+/// Receives workers and operators from the connections that come `incoming`, see [`connections`], until `shutdown` is
+/// cancelled. That is to be after [`Handle::farewell`], so that the workers know what to expect.
 ///
 /// # Errors
 /// [`ServiceError`] when no connections can come in any more.
 pub async fn serve<S: Store, C>(
     incoming: impl Stream<Item = io::Result<C>>,
-    handle: Handle,
-    store: Arc<S>,
+    served: Served<S>,
     settings: Settings,
     shutdown: CancellationToken,
 ) -> Result<(), ServiceError>
@@ -101,10 +122,13 @@ where
         // A peer that does not get through the handshake is not kept waiting for.
         server = server.tls_config(tls.clone().timeout(HANDSHAKE))?;
     }
+    let Served { handle, store, roll, run } = served;
+    let desk = Desk { token: settings.operators.clone(), handle: handle.clone(), roll, run };
     let door = Door::new(handle, store, settings);
     // Anybody may ask whether there is a master and what it understands; neither says anything of its work.
     let (health, health_service) = tonic_health::server::health_reporter();
     health.set_serving::<EvaluationServer<Door<S>>>().await;
+    health.set_serving::<OperationServer<Desk>>().await;
     let reflection = tonic_reflection::server::Builder::configure()
         .register_encoded_file_descriptor_set(DESCRIPTORS)
         .register_encoded_file_descriptor_set(tonic_health::pb::FILE_DESCRIPTOR_SET)
@@ -118,12 +142,14 @@ where
         .http2_keepalive_interval(Some(KEEPALIVE))
         .http2_keepalive_timeout(Some(KEEPALIVE))
         .add_service(service)
+        .add_service(OperationServer::new(desk).max_decoding_message_size(OPERATION_LIMIT))
         .add_service(health_service)
         .add_service(reflection)
         .serve_with_incoming_shutdown(incoming, shutdown.clone().cancelled_owned());
     let end = async {
         shutdown.cancelled().await;
         health.set_not_serving::<EvaluationServer<Door<S>>>().await;
+        health.set_not_serving::<OperationServer<Desk>>().await;
         connections.close();
         tokio::time::sleep(GRACE).await;
     };

@@ -11,6 +11,7 @@ mod dashboard;
 mod export;
 mod individuals;
 mod keys;
+mod operate;
 mod replay;
 mod reproduce;
 mod shell;
@@ -23,6 +24,7 @@ pub use individuals::{
     EvaluateArgs, Fresh, GeneraliseArgs, ReportArgs, ResultsArgs, ShowArgs, TransferArgs, VerifyArgs, Which,
 };
 pub use keys::{KeysArgs, KeysCommand, KeysInitArgs};
+pub use operate::{OperateArgs, OperateAt, OperateCommand};
 pub use replay::ReplayArgs;
 pub use reproduce::ReproduceArgs;
 pub use shell::{Color, CompletionsArgs, LogFormat, ManArgs};
@@ -141,6 +143,8 @@ pub enum Command {
     Backup(BackupArgs),
     /// Print a checksum of each replication's history
     Digest(DigestArgs),
+    /// Look after a master over the network: how far it is, who works for it; hold it up, end it
+    Operate(OperateArgs),
     /// Make what a master and its workers prove to each other who they are with
     Keys(KeysArgs),
     /// Print what a shell needs to complete command lines
@@ -196,14 +200,18 @@ pub struct ServeArgs {
     /// Address and port to listen on
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7700")]
     pub listen: SocketAddr,
-    /// Folder with what encrypts the lines to workers, made by `selftalk keys init`: tls.crt, tls.key, token, and ca.crt if
-    /// workers must have certificates
+    /// Folder with what encrypts the lines to workers, made by `selftalk keys init`: tls.crt, tls.key, token,
+    /// operator-token, and ca.crt if workers must have certificates
     #[arg(long, value_name = "FOLDER")]
     pub keys: Option<PathBuf>,
     /// File with a token that workers must have [default: the one among the keys, or the environment's SELFTALK_TOKEN, if
     /// there is one]
     #[arg(long, value_name = "FILE")]
     pub token_file: Option<PathBuf>,
+    /// File with a token that operators must have, who may look where the run stands, hold it up and end it [default: the
+    /// one among the keys; without one there are no operators]
+    #[arg(long, value_name = "FILE")]
+    pub operator_token_file: Option<PathBuf>,
     /// Share of the workers' results that are evaluated again here, 0 to 1: a worker that was wrong is sent away, and what
     /// it has contributed since it was last right is evaluated again
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
