@@ -47,6 +47,10 @@ readers:
     target/readers/bin/pip install --quiet --requirement tests/readers.txt
     SELFTALK_PYTHON="$PWD/target/readers/bin/python" cargo test -p selftalk-tests --test deploy --test export --test hostile --test replay -- --nocapture
 
+# How soon a run goes on after its master was killed
+recovery:
+    cargo bench --workspace --bench recovery
+
 # The documentation as a book, in a browser (needs mdbook)
 book:
     mdbook serve --open

@@ -6,6 +6,7 @@ use std::path::Path;
 use prost::Message;
 use selftalk::store::{SqliteStore, Store};
 use selftalk_proto::{FromMaster, FromWorker, v1};
+use selftalk_sim::robot::{Kinematics, RobotModel};
 use selftalk_sim::{Experiment, Genotype, Simulator};
 
 /// A message from the other side of the wire.
@@ -28,6 +29,14 @@ pub fn experiment(bytes: &[u8]) {
         let again = Experiment::from_toml("again.toml", &experiment.to_toml(), &[]);
         assert_eq!(again.as_ref(), Ok(&experiment));
         let _ = Simulator::new(&experiment);
+    }
+}
+
+/// The description of a robot. The links of one that is accepted have poses.
+pub fn urdf(bytes: &[u8]) {
+    if let Ok(robot) = RobotModel::from_urdf(&String::from_utf8_lossy(bytes)) {
+        let angles = robot.joints.each_ref().map(|joint| joint.angle(0.5));
+        let _ = Kinematics::new(&robot, &angles);
     }
 }
 

@@ -129,6 +129,12 @@ fn experiment_files() {
 }
 
 #[test]
+fn robots() {
+    let robot = include_bytes!("../../sim-core/assets/icub-left-arm.urdf").to_vec();
+    fuzz(&[robot], 2_000, fuzz::urdf);
+}
+
+#[test]
 fn genotypes() {
     let genotype = Genotype::new((0..613).collect::<Vec<u16>>());
     fuzz(&[genotype.to_bytes(), genotype.to_hex().into_bytes()], 5_000, fuzz::genotype);

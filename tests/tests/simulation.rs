@@ -4,18 +4,22 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
+use std::time::Duration;
 
 use selftalk_tests::simulation::{Course, disturbed, undisturbed};
 
 /// Seeds of an ordinary run of the tests.
 const SEEDS: u64 = 500;
 
-/// Runs seeds on all cores and returns what was done to hosts and lines altogether, and the seeds that went wrong.
+/// Runs seeds on all cores, prints how it went, and returns what was done to hosts and lines altogether, and the seeds that
+/// went wrong.
 fn play(seeds: std::ops::Range<u64>) -> (u64, BTreeSet<(u64, String)>) {
     let expected = undisturbed().digests;
     let (next, faults) = (AtomicU64::new(seeds.start), AtomicU64::new(0));
+    let recoveries = Mutex::new(Vec::<Duration>::new());
     let work = || {
         let mut wrong = BTreeSet::new();
         loop {
@@ -29,6 +33,7 @@ fn play(seeds: std::ops::Range<u64>) -> (u64, BTreeSet<(u64, String)>) {
                 }
                 Ok(course) => {
                     faults.fetch_add(course.faults as u64, Ordering::Relaxed);
+                    recoveries.lock().expect("no panic").extend(course.recoveries);
                 }
                 Err(error) => {
                     wrong.insert((seed, error));
@@ -41,7 +46,16 @@ fn play(seeds: std::ops::Range<u64>) -> (u64, BTreeSet<(u64, String)>) {
         let threads: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
         threads.into_iter().flat_map(|thread| thread.join().expect("no panic")).collect()
     });
-    (faults.into_inner(), wrong)
+    let (faults, mut recoveries) = (faults.into_inner(), recoveries.into_inner().expect("no panic"));
+    recoveries.sort_unstable();
+    println!(
+        "{} seeds, {faults} faults, {} restarts of the master; a generation later: median {:?}, worst {:?}, simulated",
+        seeds.end - seeds.start,
+        recoveries.len(),
+        recoveries.get(recoveries.len() / 2),
+        recoveries.last(),
+    );
+    (faults, wrong)
 }
 
 #[test]
@@ -56,8 +70,7 @@ fn the_history_is_the_same_whatever_happens_to_hosts_and_lines() {
 #[ignore = "takes a night"]
 fn the_history_is_the_same_for_a_night_of_seeds() {
     let count = std::env::var("SELFTALK_SEEDS").map_or(100_000, |count| count.parse().expect("a number"));
-    let (faults, wrong) = play(SEEDS..SEEDS + count);
-    println!("{count} seeds, {faults} faults");
+    let (_, wrong) = play(SEEDS..SEEDS + count);
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 

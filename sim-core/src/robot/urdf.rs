@@ -23,44 +23,51 @@ impl RobotModel {
     /// # Errors
     /// [`RobotError`] when the shipped URDF was damaged; a test holds it.
     pub fn icub() -> Result<Self, RobotError> {
-        read(ICUB)
+        Self::from_urdf(ICUB)
     }
-}
 
-fn read(text: &str) -> Result<RobotModel, RobotError> {
-    let urdf = urdf_rs::read_from_string(text).map_err(|error| RobotError(error.to_string()))?;
-    let mut joints: Vec<Joint> = Vec::with_capacity(JOINTS);
-    let mut mounts = BTreeMap::from([("root_link", Mount { carrier: None, pose: Isometry3::identity() })]);
-    for joint in &urdf.joints {
-        let parent = mounts
-            .get(joint.parent.link.as_str())
-            .copied()
-            .ok_or_else(|| RobotError(format!("joint {} stands before its parent's", joint.name)))?;
-        let pose = parent.pose * isometry(&joint.origin);
-        let mount = match joint.joint_type {
-            JointType::Fixed => Mount { carrier: parent.carrier, pose },
-            JointType::Revolute => {
-                joints.push(moving_joint(joint, parent.carrier, pose)?);
-                Mount { carrier: Some(joints.len() - 1), pose: Isometry3::identity() }
-            }
-            _ => return Err(RobotError(format!("joint {} is neither revolute nor fixed", joint.name))),
-        };
-        mounts.insert(&joint.child.link, mount);
-    }
-    let mut shapes = Shapes::default();
-    for link in &urdf.links {
-        let Some(&Mount { carrier: Some(carrier), pose }) = mounts.get(link.name.as_str()) else { continue };
-        joints[carrier].body.attach(link, &pose);
-        for collision in &link.collision {
-            shapes.add(&link.name, collision, carrier, &pose)?;
+    /// A robot with the iCub's moving joints, palm and fingers, by their names.
+    ///
+    /// # Errors
+    /// [`RobotError`] when it is no URDF, or not one of such a robot.
+    pub fn from_urdf(text: &str) -> Result<Self, RobotError> {
+        let urdf = urdf_rs::read_from_string(text).map_err(|error| RobotError(error.to_string()))?;
+        let mut joints: Vec<Joint> = Vec::with_capacity(JOINTS);
+        let mut mounts =
+            BTreeMap::from([("root_link", Mount { carrier: None, pose: Isometry3::identity() })]);
+        for joint in &urdf.joints {
+            let parent = mounts
+                .get(joint.parent.link.as_str())
+                .copied()
+                .ok_or_else(|| RobotError(format!("joint {} stands before its parent's", joint.name)))?;
+            let pose = parent.pose * isometry(&joint.origin);
+            let mount = match joint.joint_type {
+                JointType::Fixed => Mount { carrier: parent.carrier, pose },
+                JointType::Revolute => {
+                    joints.push(moving_joint(joint, parent.carrier, pose)?);
+                    Mount { carrier: Some(joints.len() - 1), pose: Isometry3::identity() }
+                }
+                _ => return Err(RobotError(format!("joint {} is neither revolute nor fixed", joint.name))),
+            };
+            mounts.insert(&joint.child.link, mount);
         }
+        let mut shapes = Shapes::default();
+        for link in &urdf.links {
+            let Some(&Mount { carrier: Some(carrier), pose }) = mounts.get(link.name.as_str()) else {
+                continue;
+            };
+            joints[carrier].body.attach(link, &pose);
+            for collision in &link.collision {
+                shapes.add(&link.name, collision, carrier, &pose)?;
+            }
+        }
+        let found = joints.len();
+        let joints = joints
+            .try_into()
+            .map_err(|_| RobotError(format!("{found} moving joints where the iCub's arm has {JOINTS}")))?;
+        let palm = shapes.palm.ok_or_else(|| RobotError("no palm".to_owned()))?;
+        Ok(Self { joints, palm, capsules: shapes.capsules })
     }
-    let found = joints.len();
-    let joints = joints
-        .try_into()
-        .map_err(|_| RobotError(format!("{found} moving joints where the iCub's arm has {JOINTS}")))?;
-    let palm = shapes.palm.ok_or_else(|| RobotError("no palm".to_owned()))?;
-    Ok(RobotModel { joints, palm, capsules: shapes.capsules })
 }
 
 fn isometry(pose: &Pose) -> Isometry3<f64> {
@@ -223,7 +230,7 @@ mod tests {
 
     #[test]
     fn other_robots_are_refused() {
-        assert!(read("<robot name=\"x\"><link name=\"root_link\"/></robot>").is_err());
-        assert!(read("no xml").is_err());
+        assert!(RobotModel::from_urdf("<robot name=\"x\"><link name=\"root_link\"/></robot>").is_err());
+        assert!(RobotModel::from_urdf("no xml").is_err());
     }
 }

@@ -17,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 use selftalk::store::{HistoryDigest, MemoryStore, Store};
 use selftalk_sim::Experiment;
 
-use faults::Plan;
+use faults::{Plan, What};
 use hosts::MASTER;
 use shelf::Shelf;
 
@@ -44,6 +44,8 @@ pub struct Course {
     pub events: Vec<String>,
     /// How often something was done to a host or a line.
     pub faults: usize,
+    /// Simulated time from each restart of a crashed master to the next commit.
+    pub recoveries: Vec<Duration>,
 }
 
 /// Runs a simulation without any faults.
@@ -87,19 +89,29 @@ fn play(seed: u64, plan: &Plan) -> Result<Course, String> {
     }
 
     let mut faults = plan.faults.iter().peekable();
+    let (mut restarted, mut recoveries) = (None, Vec::new());
     while !shelf.is_finished() {
         while let Some(fault) = faults.next_if(|fault| fault.at <= network.elapsed()) {
             fault.happen(&mut network);
             shelf.note(&format!("{:?}", fault.what), network.elapsed());
+            if matches!(&fault.what, What::Restart(host) if host == MASTER) {
+                restarted = Some((network.elapsed(), shelf.commits()));
+            }
         }
         network.step().map_err(|error| error.to_string())?;
+        if let Some((at, before)) = restarted
+            && shelf.commits() > before
+        {
+            recoveries.push(network.elapsed() - at);
+            restarted = None;
+        }
         if network.elapsed() > LIMIT {
             let last = shelf.events().split_off(shelf.events().len().saturating_sub(12));
             return Err(format!("{MASTER} has not finished after {LIMIT:?}; at last: {last:#?}"));
         }
     }
     let happened = plan.faults.len() - faults.count();
-    Ok(Course { digests: digests(shelf.store()), events: shelf.events(), faults: happened })
+    Ok(Course { digests: digests(shelf.store()), events: shelf.events(), faults: happened, recoveries })
 }
 
 fn digests(store: &MemoryStore) -> Vec<String> {

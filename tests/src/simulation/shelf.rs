@@ -1,6 +1,6 @@
 //! The history of a simulation, and the record of what happened.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -20,12 +20,13 @@ const WRITING: Duration = Duration::from_millis(10);
 pub(super) struct Shelf {
     store: Arc<MemoryStore>,
     events: Arc<Mutex<Vec<String>>>,
+    commits: Arc<AtomicUsize>,
     finished: Arc<AtomicBool>,
 }
 
 impl Shelf {
     pub(super) fn new(store: Arc<MemoryStore>) -> Self {
-        Self { store, events: Arc::default(), finished: Arc::default() }
+        Self { store, events: Arc::default(), commits: Arc::default(), finished: Arc::default() }
     }
 
     pub(super) fn store(&self) -> &MemoryStore {
@@ -39,6 +40,11 @@ impl Shelf {
 
     pub(super) fn events(&self) -> Vec<String> {
         self.events.lock().expect("no panic").clone()
+    }
+
+    /// Generations that have been committed.
+    pub(super) fn commits(&self) -> usize {
+        self.commits.load(Ordering::Relaxed)
     }
 
     /// The master has finished.
@@ -81,6 +87,7 @@ impl Store for Shelf {
             commit.replication.0, commit.population.generation
         );
         self.store.commit_generation(commit).await?;
+        self.commits.fetch_add(1, Ordering::Relaxed);
         self.note(&what, turmoil::sim_elapsed().unwrap_or_default());
         sleep(WRITING).await;
         Ok(())
