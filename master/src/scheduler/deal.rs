@@ -51,7 +51,7 @@ impl Scheduler {
     /// Gives units that take long to a second worker if that is idle and nothing is waiting, and to yet another one after
     /// twice as long: those who have them may all hang.
     pub(super) fn double_stragglers(&mut self) {
-        if self.waiting > 0 || self.open.is_empty() {
+        if self.paused || self.waiting > 0 || self.open.is_empty() {
             return;
         }
         let mut idle: Vec<PeerId> =

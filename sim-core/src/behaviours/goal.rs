@@ -27,8 +27,8 @@ impl Quantity {
         Self::Alignment,
         Self::GripToObject,
         Self::Touches,
-        Self::Height,
         Self::ObjectToTarget,
+        Self::Height,
     ];
 
     /// Lower-case name.
