@@ -76,7 +76,7 @@ fn a_run_that_is_held_up_goes_on_where_it_was() {
     let worker = join(&place, &address, "workers");
     let seen = wait_until("the worker", || {
         let workers = place.ask(&operate("workers", &address));
-        workers.get(0).cloned()
+        workers.first().cloned()
     });
     assert_eq!((&seen["slots"], &seen["units"]), (&1.into(), &0.into()));
     sleep(Duration::from_secs(1));

@@ -52,8 +52,8 @@ fn play(seeds: std::ops::Range<u64>) -> (u64, BTreeSet<(u64, String)>) {
         "{} seeds, {faults} faults, {} restarts of the master; a generation later: median {:?}, worst {:?}, simulated",
         seeds.end - seeds.start,
         recoveries.len(),
-        recoveries.get(recoveries.len() / 2),
-        recoveries.last(),
+        recoveries.get(recoveries.len() / 2).copied().unwrap_or_default(),
+        recoveries.last().copied().unwrap_or_default(),
     );
     (faults, wrong)
 }
