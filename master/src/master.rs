@@ -100,8 +100,8 @@ impl<S: Store> Master<S> {
         self.handle.floor()
     }
 
-    /// Runs until all replications are finished or `shutdown` is cancelled, by the caller or by an operator, with the workers that come `incoming` (see
-    /// [`connections`](crate::service::connections)), and takes leave of them.
+    /// Runs until all replications are finished or `shutdown` is cancelled, by the caller or by an operator, with the
+    /// workers that come `incoming` (see [`connections`](crate::service::connections)), and takes leave of them.
     ///
     /// # Errors
     /// [`MasterError`] when the history or the network fails.

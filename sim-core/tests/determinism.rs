@@ -134,7 +134,7 @@ fn actions_that_follow_on_from_each_other_give_the_golden_digest() {
 }
 
 #[test]
-fn a_lead_in_is_under_the_label_of_the_action_before_and_is_not_judged() {
+fn a_lead_in_is_not_judged_and_decides_where_the_trial_begins() {
     let mut experiment = Experiment::default();
     experiment.trials.lead_in = 12;
     let [plain, linked] =
