@@ -35,17 +35,17 @@ _mujoco:
 
 # The simulator against MuJoCo (needs Python 3.11 or later)
 referee: _mujoco
-    cargo test -p selftalk-sim --lib referee -- --include-ignored --nocapture
+    cargo test --workspace --lib referee -- --include-ignored --nocapture
 
 # The engines against MuJoCo by speed
 compare: _mujoco
-    cargo bench -p selftalk-sim --bench comparison
+    cargo bench --workspace --bench comparison
 
 # What is taken away and what is deployed, read by the programs it is for (needs Python 3.11 or later)
 readers:
     python3 -m venv target/readers
     target/readers/bin/pip install --quiet --requirement tests/readers.txt
-    SELFTALK_PYTHON="$PWD/target/readers/bin/python" cargo test -p selftalk-tests --test deploy --test export --test hostile --test replay -- --nocapture
+    SELFTALK_PYTHON="$PWD/target/readers/bin/python" cargo test --workspace --test system -- --nocapture deploy:: export:: hostile:: replay::
 
 # How soon a run goes on after its master was killed
 recovery:

@@ -3,7 +3,7 @@
 //! Cargo tells a test where the programs of its own package are, but these belong to others. It does build them: the
 //! packages `selftalk` and `selftalk-worker` have an integration test `command_line`, and with a package's
 //! integration test come its programs. Building that test once more here costs nothing after
-//! `cargo test --workspace`, and after `cargo test -p selftalk-tests` it brings programs up to date that would be
+//! `cargo test --workspace`, and after `cargo test --test system` it brings programs up to date that would be
 //! missing or old. The packages are those of the whole workspace so that nothing is compiled twice with different
 //! features.
 

@@ -35,7 +35,7 @@ steps = 8
 /// What `selftalk digest` says of [`SMALL`], by replication, however it was run, in every build and on every machine.
 ///
 /// It changes only with what the simulator or the evolution computes. When that was the intention, take the new values
-/// from the failure of `cargo test -p selftalk-tests --test oracle`; histories begun before cannot be continued then.
+/// from the failure of `cargo test --workspace oracle::`; histories begun before cannot be continued then.
 pub const GOLDEN: [&str; 2] = [
     "144d15faf10fd87e968f1f60a4a45b3d30a9ca82df648f1d536c6de8096cfb69",
     "8bec6790edba56f3ac6c38be7325a1ffacef6687fb912571ac71389b4359cc22",

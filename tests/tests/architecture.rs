@@ -1,7 +1,5 @@
 //! What ARCHITECTURE.md promises, as far as it can be told by reading the tree.
 
-#![expect(clippy::unwrap_used, reason = "a test may panic")]
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,5 @@
 //! `selftalk backup`: a copy is a whole history, made while a master writes.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use selftalk_tests::{GOLDEN, Place, wait_until};
 
 #[test]

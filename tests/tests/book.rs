@@ -1,9 +1,6 @@
 //! The documentation holds together: every page is in the book, every link leads somewhere, and the commands' page is what the
 //! commands say of themselves.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs;
@@ -144,7 +141,7 @@ fn the_commands_page_is_what_they_say() {
     let differing = page.lines().zip(kept.lines()).find(|(now, kept)| now != kept);
     assert!(
         page == kept,
-        "docs/commands.md is not what the commands say; SELFTALK_WRITE=1 cargo test --workspace --test book writes it. \
+        "docs/commands.md is not what the commands say; SELFTALK_WRITE=1 cargo test --workspace book:: writes it. \
          First: {differing:?}"
     );
 }

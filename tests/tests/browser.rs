@@ -1,8 +1,5 @@
 //! Pages in a real browser: Chromium without a window. Without Chromium (`apt install chromium`) nothing is tested here.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::process::Command;
 
 use selftalk_tests::Place;

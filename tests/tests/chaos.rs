@@ -2,8 +2,6 @@
 //! on: at the end the history is that of an undisturbed run, and the database is sound.
 
 #![cfg(unix)]
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

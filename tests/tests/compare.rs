@@ -1,8 +1,5 @@
 //! Experiments are compared by their replications.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use selftalk_tests::Place;
 
 #[test]

@@ -1,8 +1,5 @@
 //! What others rely on stays as it is: databases that were written once can be read, and messages keep their fields.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,5 @@
 //! The dashboard of a run, and of any database: what it answers, where it is, and whom it answers.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::net::TcpListener;
 
 use selftalk_tests::{Page, Place, wait_until};

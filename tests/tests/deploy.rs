@@ -1,8 +1,5 @@
 //! What is in `deploy/` fits the programs, and is what systemd and Kubernetes take.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};

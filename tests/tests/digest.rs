@@ -3,9 +3,6 @@
 //! That it is also the same in debug and in release builds follows from running these tests in both, as CI does: they
 //! all compare with one constant.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use selftalk_tests::{GOLDEN, Place, Running, free_port, wait_until};
 
 /// A master that waits for workers, and its address.

@@ -1,7 +1,5 @@
 //! The documents say what is there: every setting with its default, every table and view with its columns.
 
-#![expect(clippy::unwrap_used, reason = "a test may panic")]
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

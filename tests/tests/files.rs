@@ -1,8 +1,5 @@
 //! History files that are not what they should be: one line, exit code 4, and nothing is made worse.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use selftalk_tests::{GOLDEN, Outcome, Place};
 
 const READERS: [&str; 4] = ["history experiments", "history individuals --genes", "verify", "digest"];

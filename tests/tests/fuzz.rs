@@ -1,8 +1,5 @@
 //! Valid input with some bytes changed, removed and added: whatever comes of it, nothing panics.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::sync::Arc;
 
 use proptest::prelude::*;

@@ -1,8 +1,5 @@
 //! What a finished history answers, in the formats that other programs read.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::collections::BTreeMap;
 
 use selftalk_tests::Place;

@@ -1,8 +1,5 @@
 //! A master among peers that do everything wrong at once: it goes on, and those are cut off.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 

@@ -3,9 +3,6 @@
 //! The hosts are network namespaces of this machine, which only root can make, on Linux and with `ip` and `tc` (iproute2).
 //! Elsewhere nothing is tested here.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::process::Command;
 use std::thread::sleep;
 use std::time::Duration;

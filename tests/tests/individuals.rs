@@ -1,8 +1,5 @@
 //! Looking at stored individuals: their trials again, and fresh ones.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use selftalk_tests::Place;
 use serde_json::Value;
 use sqlx::Connection;

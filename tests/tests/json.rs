@@ -1,8 +1,5 @@
 //! `--format json` of every command is what docs/json.md promises.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::collections::BTreeMap;
 
 use clap::CommandFactory;

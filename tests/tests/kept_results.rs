@@ -1,8 +1,5 @@
 //! The results that are kept with the source come out again, as long as the simulator is the one they were made with.
 
-// A test may panic.
-#![allow(clippy::unwrap_used)]
-
 use std::fs;
 use std::path::Path;
 

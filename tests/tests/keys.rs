@@ -1,8 +1,5 @@
 //! Lines between machines that are encrypted, and who is let in.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use selftalk_tests::{GOLDEN, Place, Running, worker};
 
 /// A worker with the keys in a folder, for a master at an address.

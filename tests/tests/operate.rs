@@ -1,8 +1,5 @@
 //! Looking after a master over the network.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::thread::sleep;
 use std::time::Duration;
 

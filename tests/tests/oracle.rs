@@ -1,8 +1,5 @@
 //! The history of an experiment is what a plain loop on one thread computes.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::sync::Arc;
 
 use selftalk::evolution::{distinct, founders, ranking, reproduce, score};

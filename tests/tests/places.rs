@@ -1,8 +1,6 @@
 //! Disks that are full or cannot be written.
 
 #![cfg(unix)]
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use std::fs::{Permissions, set_permissions};
 use std::os::unix::fs::PermissionsExt;

@@ -1,8 +1,5 @@
 //! Experiments, ports and masters that are not what they should be: one line, and the documented exit code.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use std::process::Command;

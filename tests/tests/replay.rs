@@ -1,8 +1,5 @@
 //! Trials of a stored individual are played and taken away as they were.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::process::Command;
 
 use selftalk_tests::Place;

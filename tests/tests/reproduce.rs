@@ -1,8 +1,5 @@
 //! The whole study as one command: what it writes, and that it comes to the same however often it was killed.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::time::Duration;

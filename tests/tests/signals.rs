@@ -1,8 +1,6 @@
 //! Ctrl-C and SIGTERM: a clean end, the right exit code, and the way to go on.
 
 #![cfg(unix)]
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use rustix::process::Signal;
 use selftalk_tests::{GOLDEN, Outcome, Place, free_port, wait_until};

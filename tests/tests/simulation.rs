@@ -1,8 +1,5 @@
 //! The real master and workers in a simulated network that goes wrong in every way: the history is the undisturbed one.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};

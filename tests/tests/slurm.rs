@@ -1,9 +1,6 @@
 //! The jobs in `deploy/slurm/`, under a real Slurm. Without one (`apt install slurm-wlm munge`), or without being root, who
 //! alone can set one up, nothing is tested here.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::path::Path;
 use std::process::Command;
 

@@ -1,8 +1,5 @@
 //! A run whose storage fails at its first call, its second, and so on: resumed, it comes to the undisturbed history.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

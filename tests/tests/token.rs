@@ -1,8 +1,5 @@
 //! Who may work for a master.
 
-// Helpers of tests are test code as well, though the compiler cannot know it.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-
 use selftalk_tests::{GOLDEN, Place, Running, worker};
 
 const TOKEN: &str = "7e0b1c52d9c84f6aa1b2c3d4e5f60718";
