@@ -12,7 +12,7 @@ use tokio_stream::Stream;
 use tokio_util::sync::CancellationToken;
 use tonic::transport::server::Connected;
 
-use crate::driver::{Board, Driver, DriverError, RunEnd, Standing};
+use crate::driver::{Board, Driver, DriverError, RunEnd, Standing, settle_doubts};
 use crate::scheduler::Limits;
 use crate::service::{Crew, Floor, Handle, Hub, Roll, Served, ServiceError, Settings, serve};
 use crate::store::{Store, StoredExperiment};
@@ -66,7 +66,8 @@ pub struct Master<S> {
 }
 
 impl<S: Store> Master<S> {
-    /// Prepares to run the unfinished replications of these experiments.
+    /// Prepares to run the unfinished replications of these experiments. If answers are to be looked into, so are those that
+    /// the master before did not come to any more.
     ///
     /// # Errors
     /// [`MasterError::Driver`] when the history cannot be read.
@@ -76,8 +77,12 @@ impl<S: Store> Master<S> {
         settings: Settings,
     ) -> Result<Self, MasterError> {
         let limits = Limits { audit_share: settings.audit, audit_secret: secret(), ..Limits::default() };
-        let (handle, revocations) = Hub::start(limits);
-        let hub = (handle.clone(), revocations);
+        let (handle, findings) = Hub::start(limits);
+        let hub = (handle.clone(), findings);
+        let experiments = match settings.audit > 0.0 {
+            true => &*settle_doubts(&*store, experiments).await?,
+            false => experiments,
+        };
         let driver = Driver::prepare(Arc::clone(&store), hub, experiments).await?;
         Ok(Self { store, driver, handle, settings })
     }

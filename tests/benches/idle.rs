@@ -138,7 +138,7 @@ impl Simulation {
                     self.workers[peer.0 as usize].waiting.retain(|unit| !keys.contains(&key(*unit)));
                 }
                 Effect::Ended(ended, _) => self.end(ended),
-                Effect::Disconnect(..) | Effect::Audit(_) | Effect::Revoke(_) => {}
+                Effect::Disconnect(..) | Effect::Audit(_) | Effect::Revoke(_) | Effect::Cleared(_) => {}
             }
         }
     }

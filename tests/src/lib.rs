@@ -9,6 +9,7 @@
 mod binaries;
 #[cfg(unix)]
 mod browser;
+mod crooked;
 mod disk;
 pub mod fuzz;
 mod http;
@@ -18,11 +19,13 @@ mod process;
 mod processor;
 pub mod simulation;
 
+use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::{Duration, Instant};
 
 pub use binaries::{selftalk, worker};
 #[cfg(unix)]
 pub use browser::Browser;
+pub use crooked::{CrookedLine, Manner};
 pub use disk::Disk;
 pub use http::Page;
 pub use outcome::Outcome;
@@ -48,7 +51,8 @@ pub fn wait_until<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// A port of this machine that nobody listens on, for a master that has to come back on the same one.
+/// A port of this machine that nobody listens on, for a master that has to come back on the same one. No two calls return
+/// the same.
 ///
 /// It lies below the range from which the system takes ports of its own accord: otherwise another test could get it
 /// while the master is away, or a worker's connection attempts could end up connected to themselves.
@@ -57,8 +61,10 @@ pub fn wait_until<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
 /// When there is none.
 #[must_use]
 pub fn free_port() -> u16 {
+    static CALLS: AtomicU16 = AtomicU16::new(0);
     let first = 20_000 + (std::process::id() % 10_000) as u16;
-    (first..32_000)
+    std::iter::repeat_with(|| first + CALLS.fetch_add(1, Ordering::Relaxed))
+        .take_while(|port| *port < 32_000)
         .find(|port| std::net::TcpListener::bind(("127.0.0.1", *port)).is_ok())
         .expect("a free port")
 }

@@ -1,5 +1,5 @@
-//! A run whose processes are killed and frozen, whose disk fills up and whose clock jumps, in an order that a seed decides
-//! on: at the end the history is that of an undisturbed run, and the database is sound.
+//! A run whose processes are killed and frozen, whose disk fills up, whose clock jumps and some of whose workers answer wrongly,
+//! twice, late, with nonsense or not at all, in an order that a seed decides on: at the end the history is that of an undisturbed run, and the database is sound.
 
 #![cfg(unix)]
 
@@ -12,12 +12,12 @@ use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustix::process::Signal;
-use selftalk_tests::{Disk, Place, Running, free_port, selftalk, wait_until, worker};
+use selftalk_tests::{CrookedLine, Disk, Manner, Place, Running, free_port, selftalk, wait_until, worker};
 use sqlx::Connection;
 
 const WORKERS: usize = 3;
 /// Generations over both replications, enough for all blows.
-const GENERATIONS: u64 = 120;
+const GENERATIONS: u64 = 160;
 /// Fakes the time of day, and leaves alone what only ever goes forward.
 const FAKETIME: &str = "/usr/lib/x86_64-linux-gnu/faketime/libfaketimeMT.so.1";
 
@@ -32,6 +32,8 @@ enum Blow {
     FillDisk,
     /// The time of day is another: that many days from the right one.
     ShiftClock(i32),
+    /// A worker joins that is not heard as it speaks.
+    Twist(Manner),
 }
 
 /// A run that is being disturbed.
@@ -42,6 +44,7 @@ struct Site {
     port: u16,
     master: Running,
     workers: Vec<Running>,
+    twisted: Vec<(Running, CrookedLine)>,
 }
 
 impl Site {
@@ -51,8 +54,8 @@ impl Site {
         std::fs::write(&clock, "+0d").unwrap();
         let port = free_port();
         let master = start_master(&place, &clock, port);
-        let workers = (0..WORKERS).map(|_| start_worker(&clock, port)).collect();
-        Self { place, disk, clock, port, master, workers }
+        let workers = (0..WORKERS).map(|_| start_worker(&clock, &address(port))).collect();
+        Self { place, disk, clock, port, master, workers, twisted: Vec::new() }
     }
 
     /// Waits for some generations more. False once the run has ended.
@@ -74,11 +77,15 @@ impl Site {
             }
             Blow::KillWorker => {
                 // Dropping it kills it.
-                self.workers[which] = start_worker(&self.clock, self.port);
+                self.workers[which] = start_worker(&self.clock, &address(self.port));
             }
             Blow::FreezeWorker(time) => freeze(&mut self.workers[which], time),
             Blow::FreezeMaster(time) => freeze(&mut self.master, time),
             Blow::FillDisk => self.fill_disk(),
+            Blow::Twist(manner) => {
+                let line = CrookedLine::to(self.port, manner);
+                self.twisted.push((start_worker(&self.clock, &line.master()), line));
+            }
             Blow::ShiftClock(days) => std::fs::write(&self.clock, format!("{days:+}d")).unwrap(),
         }
     }
@@ -123,20 +130,17 @@ fn start_master(place: &Place, clock: &Path, port: u16) -> Running {
         "--dashboard",
         "off",
     ]);
-    command.args(["--listen", &format!("127.0.0.1:{port}")]);
+    command.args(["--audit", "0.05", "--listen", &format!("127.0.0.1:{port}")]);
     Running::start(command)
 }
 
-fn start_worker(clock: &Path, port: u16) -> Running {
+fn address(port: u16) -> String {
+    format!("http://127.0.0.1:{port}")
+}
+
+fn start_worker(clock: &Path, master: &str) -> Running {
     let mut command = at_time_of(clock, worker());
-    command.args([
-        "--slots",
-        "1",
-        "--connect-timeout",
-        "100",
-        "--master",
-        &format!("http://127.0.0.1:{port}"),
-    ]);
+    command.args(["--slots", "1", "--connect-timeout", "100", "--master", master]);
     Running::start(command)
 }
 
@@ -179,6 +183,11 @@ fn play(seed: u64) {
         Blow::FillDisk,
         Blow::ShiftClock(3),
         Blow::ShiftClock(-2),
+        Blow::Twist(Manner::WrongBits),
+        Blow::Twist(Manner::Twice),
+        Blow::Twist(Manner::Hangs),
+        Blow::Twist(Manner::Garbage),
+        Blow::Twist(Manner::Late),
     ];
     blows.shuffle(&mut dice);
     let mut struck = 0;
@@ -189,12 +198,12 @@ fn play(seed: u64) {
         site.strike(blow, &mut dice);
         struck += 1;
     }
-    let Site { place, disk: _disk, master, workers, .. } = site;
+    let Site { place, disk: _disk, master, workers, twisted: _twisted, .. } = site;
     master.end().done();
     for worker in workers {
         worker.end().done();
     }
-    assert!(struck >= 8, "seed {seed}: the run was over after {struck} blows");
+    assert!(struck >= 12, "seed {seed}: the run was over after {struck} blows");
     assert_eq!(faults(&place.path("history.db")), Vec::<String>::new(), "seed {seed}");
 
     let alone = Place::new();
@@ -204,7 +213,7 @@ fn play(seed: u64) {
 }
 
 #[test]
-fn killed_and_frozen_processes_full_disks_and_wrong_clocks_change_nothing() {
+fn killed_frozen_and_lying_processes_full_disks_and_wrong_clocks_change_nothing() {
     play(1);
 }
 

@@ -33,8 +33,8 @@ fn rows(text: &str) -> Vec<(&str, Vec<&str>)> {
     rows
 }
 
-#[test]
-fn every_setting_is_documented_with_its_default() {
+/// What the document has about settings, by their dotted keys: default, range and meaning.
+fn documented_settings() -> BTreeMap<String, [String; 3]> {
     let document = read("docs/experiment-file.md");
     let mut documented = BTreeMap::new();
     for (heading, cells) in rows(&document) {
@@ -42,20 +42,90 @@ fn every_setting_is_documented_with_its_default() {
         let section =
             heading.strip_prefix("`[").and_then(|rest| rest.split_once("]`")).map(|(section, _)| section);
         let key = section.map_or_else(|| key.to_owned(), |section| format!("{section}.{key}"));
-        documented.insert(key, cells[1].trim_matches('`').to_owned());
+        let [default, range, meaning] = [1, 2, 3].map(|cell| cells.get(cell).copied().unwrap_or_default());
+        documented.insert(key, [default.trim_matches('`'), range, meaning].map(str::to_owned));
     }
-    let mut settings = BTreeMap::new();
+    documented
+}
+
+/// The lines of the default experiment as the program itself writes it out, so that no setting can be forgotten: each with
+/// the dotted key of the setting it has, if it has one.
+fn default_lines() -> Vec<(String, Option<String>)> {
     let mut section = String::new();
-    // Written out by the program itself, so a new setting cannot be forgotten here.
-    for line in Experiment::default().to_toml().lines() {
+    let toml = Experiment::default().to_toml();
+    let lines = toml.lines().map(|line| {
         if let Some(name) = line.strip_prefix('[') {
             section = format!("{}.", name.trim_end_matches(']'));
-        } else if let Some((key, value)) = line.split_once(" = ") {
-            settings.insert(format!("{section}{key}"), value.to_owned());
         }
-    }
+        let key = line.split_once(" = ").map(|(key, _)| format!("{section}{key}"));
+        (line.to_owned(), key)
+    });
+    lines.collect()
+}
+
+#[test]
+fn every_setting_is_documented_with_its_default() {
+    let documented: BTreeMap<String, String> =
+        documented_settings().into_iter().map(|(key, [default, ..])| (key, default)).collect();
+    let setting = |(line, key): (String, Option<String>)| {
+        line.split_once(" = ").and_then(|(_, value)| Some((key?, value.to_owned())))
+    };
+    let settings: BTreeMap<String, String> = default_lines().into_iter().filter_map(setting).collect();
     assert!(settings.len() > 40, "{settings:?}");
     assert_eq!(documented, settings);
+}
+
+/// What is documented of a key. Where four behaviours have the same key, what it means stands with the first.
+fn explained(documented: &BTreeMap<String, [String; 3]>, key: &str) -> Option<[String; 3]> {
+    let [default, range, meaning] = documented.get(key)?.clone();
+    let first = || Some(format!("reach.{}", key.split_once('.')?.1));
+    let meaning = Some(meaning)
+        .filter(|meaning| !meaning.is_empty())
+        .or_else(|| Some(documented.get(&first()?)?[2].clone()))?;
+    Some([default, range, meaning])
+}
+
+/// A comment in lines that are not too long.
+fn comment(text: &str) -> String {
+    let mut comment = String::new();
+    let mut line = "#".to_owned();
+    for word in text.split_whitespace() {
+        if line.len() + 1 + word.len() > 110 {
+            comment.push_str(&std::mem::replace(&mut line, "#".to_owned()));
+            comment.push('\n');
+        }
+        line.push(' ');
+        line.push_str(word);
+    }
+    comment + &line + "\n"
+}
+
+#[test]
+fn there_is_an_experiment_file_with_a_comment_on_every_key() {
+    let documented = documented_settings();
+    let mut text = comment(
+        "An experiment with all its settings, as they are where a file says nothing. A file needs only those that are \
+         others: copy this one, keep what you change.",
+    );
+    for (line, key) in default_lines() {
+        if let Some([_, range, meaning]) = key.and_then(|key| explained(&documented, &key)) {
+            text.push('\n');
+            text.push_str(&comment(&format!("{} ({range})", meaning.trim_end_matches('.'))));
+        }
+        text.push_str(&line);
+        text.push('\n');
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/guide/experiment.toml");
+    if std::env::var_os("SELFTALK_WRITE").is_some() {
+        fs::write(&path, &text).unwrap();
+    }
+    let kept = fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        kept == text,
+        "docs/guide/experiment.toml is not what docs/experiment-file.md says; \
+         SELFTALK_WRITE=1 cargo test --workspace documents:: writes it"
+    );
+    assert_eq!(Experiment::from_toml("experiment.toml", &kept, &[]).unwrap(), Experiment::default());
 }
 
 #[test]
@@ -92,7 +162,11 @@ fn every_table_and_column_is_documented() {
     for table in tables {
         let (name, rest) = table.split_once(" (\n").unwrap();
         let (body, _) = rest.split_once("\n)").unwrap();
-        assert_eq!(documented.get(name), Some(&columns(body)), "{name}");
+        let mut expected = columns(body);
+        let addition = format!("ALTER TABLE {name} ADD COLUMN ");
+        let added = schema.split(&addition).skip(1);
+        expected.extend(added.map(|rest| rest.split(' ').next().unwrap().to_owned()));
+        assert_eq!(documented.get(name), Some(&expected), "{name}");
     }
 }
 

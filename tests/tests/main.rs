@@ -18,6 +18,7 @@ mod documents;
 mod export;
 mod files;
 mod fuzz;
+mod guide;
 mod history;
 mod hostile;
 mod hosts;

@@ -9,7 +9,7 @@ use selftalk::master::{Master, MasterError};
 use selftalk::service::{Settings, connections};
 use selftalk::store::{
     GenerationCommit, HistoryDigest, ReplicationId, Resumed, SqliteStore, Store, StoreError,
-    StoredExperiment, WorkerId, WorkerInfo,
+    StoredExperiment, Unproven, WorkerId, WorkerInfo,
 };
 use selftalk_sim::Experiment;
 use selftalk_worker::Config;
@@ -95,6 +95,14 @@ impl Store for Faulty {
     async fn worker_left(&self, worker: WorkerId) -> Result<(), StoreError> {
         self.call(self.store.worker_left(worker)).await
     }
+
+    async fn workers_audited(&self, workers: &[WorkerId]) -> Result<(), StoreError> {
+        self.call(self.store.workers_audited(workers)).await
+    }
+
+    async fn unproven(&self) -> Result<Vec<Unproven>, StoreError> {
+        self.call(self.store.unproven()).await
+    }
 }
 
 /// Runs the experiment from wherever it stands, with a worker.
@@ -105,7 +113,8 @@ async fn run(store: &Arc<Faulty>) -> Result<RunEnd, MasterError> {
         Some(begun) => begun,
         None => store.create_experiment(&experiment, "f").await.map_err(stored)?,
     };
-    let master = Master::prepare(Arc::clone(store), &[begun], Settings::new("f")).await?;
+    let settings = Settings { audit: 0.1, ..Settings::new("f") };
+    let master = Master::prepare(Arc::clone(store), &[begun], settings).await?;
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let mut config = Config::new(format!("http://{}", listener.local_addr().unwrap()), "f");
     config.slots = 1;

@@ -222,8 +222,17 @@ async fn lineage(store: &SqliteStore, filter: &LineageFilter) -> Result<Table, F
 }
 
 async fn workers(store: &SqliteStore) -> Result<Table, Failure> {
-    let mut table =
-        Table::new(["worker", "name", "host", "process", "version", "slots", "joined_at", "left_at"]);
+    let mut table = Table::new([
+        "worker",
+        "name",
+        "host",
+        "process",
+        "version",
+        "slots",
+        "joined_at",
+        "left_at",
+        "audited_at",
+    ]);
     for entry in store.list_workers().await? {
         table.push([
             entry.id.into(),
@@ -234,6 +243,7 @@ async fn workers(store: &SqliteStore) -> Result<Table, Failure> {
             entry.slots.into(),
             entry.joined_at.into(),
             Cell::from(entry.left_at),
+            Cell::from(entry.audited_at),
         ]);
     }
     Ok(table)

@@ -9,6 +9,7 @@ use tokio_util::sync::CancellationToken;
 use super::replication::{Replication, Subject};
 use super::{DriverError, RunEnd};
 use crate::scheduler::Place;
+use crate::service::Finding;
 use crate::store::Store;
 
 /// How the task of a replication ended.
@@ -16,6 +17,7 @@ pub(super) type Ended = Result<(Id, Result<RunEnd, DriverError>), JoinError>;
 
 /// The replications of a run, each a task while there is something to do for it.
 pub(super) struct Field<S> {
+    store: Arc<S>,
     subjects: Vec<Arc<Subject<S>>>,
     tasks: JoinSet<Result<RunEnd, DriverError>>,
     running: HashMap<Id, Task>,
@@ -32,9 +34,9 @@ struct Task {
 }
 
 impl<S: Store> Field<S> {
-    pub(super) fn new(subjects: Vec<Arc<Subject<S>>>, shutdown: CancellationToken) -> Self {
+    pub(super) fn new(store: Arc<S>, subjects: Vec<Arc<Subject<S>>>, shutdown: CancellationToken) -> Self {
         let (tasks, running, doubted) = (JoinSet::new(), HashMap::new(), BTreeMap::new());
-        Self { subjects, tasks, running, doubted, shutdown, interrupted: false }
+        Self { store, subjects, tasks, running, doubted, shutdown, interrupted: false }
     }
 
     /// How the run has ended, once there are no tasks any more.
@@ -77,11 +79,26 @@ impl<S: Store> Field<S> {
         result
     }
 
+    /// Does what follows from looking into answers.
+    ///
+    /// # Errors
+    /// [`DriverError`] when the history cannot be written. The other tasks have ended then.
+    pub(super) async fn follow(&mut self, finding: Finding) -> Result<(), DriverError> {
+        let followed = match finding {
+            Finding::Wrong(places) => return self.revoke(places).await,
+            Finding::Right(workers) => self.store.workers_audited(&workers).await,
+        };
+        if followed.is_err() {
+            self.stop().await;
+        }
+        Ok(followed?)
+    }
+
     /// Takes generations back: at once where the replication has ended, and otherwise once its task has.
     ///
     /// # Errors
     /// [`DriverError`] when a replication cannot go on. The other tasks have ended then.
-    pub(super) async fn revoke(&mut self, places: Vec<Place>) -> Result<(), DriverError> {
+    async fn revoke(&mut self, places: Vec<Place>) -> Result<(), DriverError> {
         for Place { experiment, replication, generation } in places {
             let asked = |subject: &Arc<Subject<S>>| {
                 (subject.study.number, subject.number) == (experiment, replication)

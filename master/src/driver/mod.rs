@@ -4,6 +4,7 @@
 //! history only as a [`Store`] and the workers only as a [`Handle`].
 
 mod board;
+mod doubts;
 mod field;
 mod replication;
 mod round;
@@ -17,9 +18,10 @@ use thiserror::Error;
 use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 
-use crate::service::{Handle, Revocations};
+use crate::service::{Finding, Findings, Handle};
 use crate::store::{Store, StoreError, StoredExperiment, StoredReplication};
 pub use board::{Board, Last, Standing};
+pub use doubts::settle_doubts;
 use field::Field;
 use replication::{Replication, Subject};
 
@@ -64,8 +66,9 @@ struct Study {
 pub struct Driver<S> {
     replications: Vec<Replication<S>>,
     subjects: Vec<Arc<Subject<S>>>,
+    store: Arc<S>,
     handle: Handle,
-    revocations: Revocations,
+    findings: Findings,
     board: watch::Receiver<Board>,
 }
 
@@ -77,7 +80,7 @@ impl<S: Store> Driver<S> {
     /// [`DriverError::Store`] when the history cannot be read.
     pub async fn prepare(
         store: Arc<S>,
-        (handle, revocations): (Handle, Revocations),
+        (handle, findings): (Handle, Findings),
         experiments: &[StoredExperiment],
     ) -> Result<Self, DriverError> {
         let (board, receiver) = watch::channel(Board::default());
@@ -102,7 +105,7 @@ impl<S: Store> Driver<S> {
                 index += 1;
             }
         }
-        Ok(Self { replications, subjects, handle, revocations, board: receiver })
+        Ok(Self { replications, subjects, store, handle, findings, board: receiver })
     }
 
     /// Where the replications stand, now and from now on.
@@ -117,8 +120,8 @@ impl<S: Store> Driver<S> {
     /// # Errors
     /// [`DriverError`] of the first replication that cannot go on; the others are stopped.
     pub async fn run(self, shutdown: CancellationToken) -> Result<RunEnd, DriverError> {
-        let Self { replications, subjects, handle, mut revocations, .. } = self;
-        let mut field = Field::new(subjects, shutdown);
+        let Self { replications, subjects, store, handle, mut findings, .. } = self;
+        let mut field = Field::new(Arc::clone(&store), subjects, shutdown);
         for (index, replication) in replications.into_iter().enumerate() {
             field.start(index, replication);
         }
@@ -129,18 +132,25 @@ impl<S: Store> Driver<S> {
                     Some(ended) => field.conclude(ended).await?,
                     None => {
                         let end = field.end();
-                        if end == RunEnd::Finished {
-                            // The last answers of every worker are looked into before the run counts as finished.
-                            handle.close_audits().await;
+                        // The last answers of every worker are looked into before the run counts as finished.
+                        let right = match end {
+                            RunEnd::Finished => handle.close_audits().await,
+                            RunEnd::Interrupted => Vec::new(),
+                        };
+                        let mut wrong = false;
+                        while let Some(finding) = findings.known() {
+                            wrong |= matches!(finding, Finding::Wrong(_));
+                            field.follow(finding).await?;
                         }
-                        let places = revocations.known();
-                        if places.is_empty() {
+                        if !wrong {
+                            if !right.is_empty() {
+                                store.workers_audited(&right).await?;
+                            }
                             return Ok(end);
                         }
-                        field.revoke(places).await?;
                     }
                 },
-                places = revocations.next() => field.revoke(places).await?,
+                finding = findings.next() => field.follow(finding).await?,
             }
         }
     }

@@ -109,17 +109,24 @@ impl Ledger {
         claim
     }
 
-    /// An answer was right: so far the process is believed.
-    pub(super) fn right(&mut self, instance: u64, serial: u64) {
+    /// Whether nothing of a process is left to be looked into and it is believed.
+    pub(super) fn is_clear(&self, instance: u64) -> bool {
+        self.share > 0.0 && !self.accounts.contains_key(&instance) && !self.is_expelled(instance)
+    }
+
+    /// An answer was right: so far the process is believed. Returns whether nothing is left of it to be looked into.
+    pub(super) fn right(&mut self, instance: u64, serial: u64) -> bool {
         self.pending = self.pending.saturating_sub(1);
-        let Some(account) = self.accounts.get_mut(&instance) else { return };
+        let Some(account) = self.accounts.get_mut(&instance) else { return false };
         while account.unproven.front().is_some_and(|(earlier, _)| *earlier <= serial) {
             account.unproven.pop_front();
         }
         account.asked = account.asked.filter(|asked| *asked > serial);
-        if account.unproven.is_empty() {
+        let clear = account.unproven.is_empty();
+        if clear {
             self.accounts.remove(&instance);
         }
+        clear
     }
 
     /// An answer was wrong: the process is not believed any more. Returns the generations in doubt, the first of each
@@ -203,7 +210,7 @@ mod tests {
         for (number, replication, generation) in [(0, 0, 4), (1, 1, 7), (2, 0, 5), (3, 0, 6), (4, 2, 9)] {
             assert_eq!(ledger.note(1, &at(number, replication, generation), &[OUTCOME; 2]), None);
         }
-        ledger.right(1, 2);
+        assert!(!ledger.right(1, 2));
         assert_eq!(ledger.settle(2), None);
         let last = ledger.settle(1).unwrap();
         assert_eq!((last.serial, ledger.settle(1)), (5, None), "it is asked once");

@@ -97,6 +97,8 @@ pub enum Effect {
     Audit(Claim),
     /// Take back these generations and all after them: what a worker contributed to them is in doubt.
     Revoke(Vec<Place>),
+    /// All answers of a process until now were looked into, by what its last one was.
+    Cleared(u64),
 }
 
 /// Why the line to a worker is cut.

@@ -164,7 +164,11 @@ impl Scheduler {
             Event::Stalled(peer) => self.disconnect(peer, Cut::Stalled, false),
             Event::Answered(peer, key, outcomes) => self.answer(peer, key, outcomes),
             Event::Failed(peer, key, reason) => self.fail(peer, key, reason),
-            Event::Audited { instance, serial, right: true } => self.ledger.right(instance, serial),
+            Event::Audited { instance, serial, right: true } => {
+                if self.ledger.right(instance, serial) {
+                    self.effects.push(Effect::Cleared(instance));
+                }
+            }
             Event::Audited { instance, right: false, .. } => self.expel(instance),
             Event::Paused(paused) => self.paused = paused,
             Event::Closing => {
@@ -195,6 +199,13 @@ impl Scheduler {
     #[must_use]
     pub fn audits(&self) -> usize {
         self.ledger.pending()
+    }
+
+    /// Whether all answers of a process were looked into, by what its last one was, and none was wrong. Never when answers are
+    /// not looked into.
+    #[must_use]
+    pub fn is_clear(&self, instance: u64) -> bool {
+        self.ledger.is_clear(instance)
     }
 
     /// Units that wait to be given out.
@@ -236,6 +247,7 @@ impl Scheduler {
         }
         if self.hanging.contains(&instance) {
             self.effects.push(Effect::Disconnect(peer, Cut::Hanging));
+            self.clear(instance);
             return;
         }
         let earlier = self.peers.iter().find(|(_, other)| other.instance == instance).map(|(id, _)| *id);
@@ -270,6 +282,7 @@ impl Scheduler {
     fn remove(&mut self, peer: PeerId, blame: bool) {
         let Some(gone) = self.peers.remove(&peer) else { return };
         self.effects.extend(self.ledger.settle(gone.instance).map(Effect::Audit));
+        self.clear(gone.instance);
         // Backwards, as each goes to the front of the queue.
         for key in gone.held().rev() {
             if let Some(unit) = self.open.get_mut(&key) {
@@ -279,6 +292,13 @@ impl Scheduler {
                 }
                 self.requeue(key);
             }
+        }
+    }
+
+    /// Tells if there is nothing to look into of a process that is gone.
+    fn clear(&mut self, instance: u64) {
+        if self.ledger.is_clear(instance) {
+            self.effects.push(Effect::Cleared(instance));
         }
     }
 

@@ -85,6 +85,12 @@ struct World {
     ended: BTreeMap<UnitKey, Verdict>,
     audits: Vec<Claim>,
     expelled: BTreeSet<u64>,
+    /// The last answer of each process that counted.
+    last: BTreeMap<u64, UnitKey>,
+    /// Answers that were found to be right.
+    right: BTreeSet<(u64, UnitKey)>,
+    /// Processes that have left since nothing of theirs was left to be looked into.
+    parted: BTreeSet<u64>,
     paused: bool,
 }
 
@@ -102,6 +108,9 @@ impl Default for World {
             ended: BTreeMap::new(),
             audits: Vec::new(),
             expelled: BTreeSet::new(),
+            last: BTreeMap::new(),
+            right: BTreeSet::new(),
+            parted: BTreeSet::new(),
             paused: false,
         }
     }
@@ -134,13 +143,24 @@ impl World {
                 keys.iter().for_each(|key| assert!(held.remove(key)));
             }
             Effect::Disconnect(peer, _) => {
-                self.cut.push(self.connected.remove(&peer).expect("cut off twice"));
+                let gone = self.connected.remove(&peer).expect("cut off twice");
+                self.parted.insert(gone.0);
+                self.cut.push(gone);
             }
             Effect::Ended(key, verdict) => {
+                if let Verdict::Evaluated { by, .. } = &verdict {
+                    self.last.insert(self.connected[by].0, key);
+                }
                 assert!(self.ended.insert(key, verdict).is_none(), "a unit ends twice");
             }
             Effect::Audit(claim) => self.audits.push(claim),
             Effect::Revoke(places) => assert!(!places.is_empty()),
+            Effect::Cleared(instance) => {
+                assert!(!self.expelled.contains(&instance), "one that was found wrong is cleared");
+                let right = |last: &UnitKey| self.right.contains(&(instance, *last));
+                assert!(self.last.get(&instance).is_none_or(right), "the last answer was not looked into");
+                self.parted.remove(&instance);
+            }
         }
     }
 
@@ -155,9 +175,11 @@ impl World {
         if self.audits.is_empty() {
             return;
         }
-        let Claim { instance, serial, .. } = self.audits.swap_remove(choice % self.audits.len());
+        let Claim { instance, serial, work, .. } = self.audits.swap_remove(choice % self.audits.len());
         let right = instance % 4 != 3;
-        if !right {
+        if right {
+            self.right.insert((instance, work.key));
+        } else {
             self.expelled.insert(instance);
         }
         self.tell(Event::Audited { instance, serial, right });
@@ -192,6 +214,7 @@ impl World {
             Step::Leave(choice) | Step::Lose(choice) => {
                 let Some(peer) = self.peer(choice) else { return };
                 let gone = self.connected.remove(&peer).unwrap();
+                self.parted.insert(gone.0);
                 if matches!(step, Step::Leave(_)) {
                     return self.tell(Event::Left(peer));
                 }
@@ -282,6 +305,9 @@ proptest! {
         prop_assert_eq!(world.scheduler.waiting, 0);
         prop_assert_eq!(world.scheduler.audits(), 0);
         prop_assert_eq!(world.ended.len(), usize::from(world.next_unit));
+        prop_assert!(world.parted.is_subset(&world.expelled), "{:?} are forgotten", world.parted);
+        let clear = |instance: &u64| world.scheduler.is_clear(*instance) || world.expelled.contains(instance);
+        prop_assert!(world.connected.values().all(|(instance, _)| clear(instance)));
     }
 }
 
@@ -328,7 +354,11 @@ fn a_unit_that_kills_workers_is_set_aside_and_its_neighbours_live() {
                 match effect {
                     Effect::Lease(_, units) => held.extend(units.iter().map(|(work, _)| work.key)),
                     Effect::Ended(key, verdict) => drop(verdicts.insert(key, verdict)),
-                    Effect::Cancel(..) | Effect::Disconnect(..) | Effect::Audit(_) | Effect::Revoke(_) => {}
+                    Effect::Cancel(..)
+                    | Effect::Disconnect(..)
+                    | Effect::Audit(_)
+                    | Effect::Revoke(_)
+                    | Effect::Cleared(_) => {}
                 }
             }
             if held.contains(&key(3)) {

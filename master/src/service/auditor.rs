@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::mpsc as blocking;
 
-use selftalk_sim::{Experiment, Simulator, TrialOutcome};
+use selftalk_sim::{Draw, Experiment, Genotype, Simulator, TrialOutcome};
 use tokio::sync::mpsc::WeakSender;
 
 use super::handle::Command;
@@ -27,7 +27,12 @@ pub(super) fn start(hub: WeakSender<Command>) -> blocking::Sender<Audit> {
             if let Some(toml) = toml {
                 simulators.insert(experiment, simulator(&toml));
             }
-            let right = is_right(simulators.get(&experiment).and_then(Option::as_ref), &claim);
+            let Claim { work, outcomes, .. } = &claim;
+            // What this master cannot evaluate is not held against a worker.
+            let right = simulators
+                .get(&experiment)
+                .and_then(Option::as_ref)
+                .is_none_or(|simulator| is_right(simulator, work.draw, &work.genotype, outcomes));
             let event = Event::Audited { instance: claim.instance, serial: claim.serial, right };
             let Some(hub) = hub.upgrade() else { return };
             if hub.blocking_send(Command::Events(vec![event])).is_err() {
@@ -45,14 +50,14 @@ fn simulator(toml: &str) -> Option<Simulator> {
     Simulator::new(&Experiment::from_toml("experiment", toml, &[]).ok()?).ok()
 }
 
-/// Whether an answer is what the simulator makes of it. What this master cannot evaluate is not held against a worker.
-fn is_right(simulator: Option<&Simulator>, claim: &Claim) -> bool {
-    let work = &claim.work;
-    let evaluated = simulator
-        .and_then(|simulator| simulator.evaluate(&work.genotype, work.draw, work.trials.clone()).ok());
-    evaluated.is_none_or(|expected| {
-        expected.len() == claim.outcomes.len()
-            && expected.iter().zip(&claim.outcomes).all(|(expected, answered)| equal(expected, answered))
+/// Whether the outcomes of a genotype's trials are what the simulator makes of them, as the history would keep them. What it
+/// cannot evaluate is not held against who did.
+#[must_use]
+pub fn is_right(simulator: &Simulator, draw: Draw, genotype: &Genotype, outcomes: &[TrialOutcome]) -> bool {
+    let trials = 0..simulator.trial_count();
+    simulator.evaluate(genotype, draw, trials).ok().is_none_or(|expected| {
+        expected.len() == outcomes.len()
+            && expected.iter().zip(outcomes).all(|(expected, answered)| equal(expected, answered))
     })
 }
 

@@ -40,22 +40,31 @@ pub struct Crew {
     pub slots: u32,
 }
 
-/// Generations that are to be taken back, as a worker that has contributed to them was found to answer wrongly.
-#[derive(Debug)]
-pub struct Revocations(pub(super) mpsc::UnboundedReceiver<Vec<Place>>);
+/// What came of looking into answers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Finding {
+    /// A worker has answered wrongly: what it has contributed to is to be taken back. Of each replication the first generation.
+    Wrong(Vec<Place>),
+    /// Workers that have left, and whose last answers were right.
+    Right(Vec<WorkerId>),
+}
 
-impl Revocations {
-    /// The next ones: of each replication the first generation. Waits for ever if there are none.
-    pub async fn next(&mut self) -> Vec<Place> {
+/// What is found by looking into answers.
+#[derive(Debug)]
+pub struct Findings(pub(super) mpsc::UnboundedReceiver<Finding>);
+
+impl Findings {
+    /// The next one. Waits for ever if there is none.
+    pub async fn next(&mut self) -> Finding {
         match self.0.recv().await {
-            Some(places) => places,
+            Some(finding) => finding,
             None => std::future::pending().await,
         }
     }
 
-    /// Those that are known now.
-    pub fn known(&mut self) -> Vec<Place> {
-        std::iter::from_fn(|| self.0.try_recv().ok()).flatten().collect()
+    /// The next one, if it is known now.
+    pub fn known(&mut self) -> Option<Finding> {
+        self.0.try_recv().ok()
     }
 }
 
@@ -67,7 +76,7 @@ pub(super) enum Command {
     Joined { peer: PeerId, instance: u64, slots: u32, holds: Vec<UnitKey>, line: Line },
     Events(Vec<Event>),
     Pause(bool),
-    Closing { closed: oneshot::Sender<()> },
+    Closing { closed: oneshot::Sender<Vec<WorkerId>> },
     Farewell { finished: bool },
 }
 
@@ -114,13 +123,15 @@ impl Handle {
         receiver
     }
 
-    /// Waits until everyone who has answered has been looked into. What that comes to is among the [`Revocations`].
-    pub async fn close_audits(&self) {
+    /// Waits until everyone who has answered has been looked into. What that comes to is among the [`Findings`]; those of the
+    /// workers that are connected whose last answers were right are returned.
+    pub async fn close_audits(&self) -> Vec<WorkerId> {
         let (closed, wait) = oneshot::channel();
         self.tell(Command::Closing { closed }).await;
-        if wait.await.is_err() {
+        wait.await.unwrap_or_else(|_| {
             tracing::debug!("the hub is gone");
-        }
+            Vec::new()
+        })
     }
 
     /// Holds units back, or gives them out again.

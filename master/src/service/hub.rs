@@ -12,8 +12,9 @@ use tokio::time::{Instant, MissedTickBehavior, interval};
 
 use super::auditor::{self, Audit};
 use super::floor::{Attendance, Floor, Tally};
-use super::handle::{Command, Crew, Handle, Line, Revocations, UnitEnd};
+use super::handle::{Command, Crew, Finding, Findings, Handle, Line, UnitEnd};
 use crate::scheduler::{Claim, Cut, Effect, Event, Limits, PeerId, Place, Scheduler, Verdict, Work};
+use crate::store::WorkerId;
 
 /// How often time is looked at; a small part of the limits that depend on it.
 const TICK: Duration = Duration::from_millis(250);
@@ -32,12 +33,18 @@ pub struct Hub {
     peers: BTreeMap<PeerId, Peer>,
     waiting: HashMap<UnitKey, Vec<Ends>>,
     crew: watch::Sender<Crew>,
+    /// Whether answers are looked into.
+    auditing: bool,
     audits: blocking::Sender<Audit>,
     /// Experiments that the auditor has been sent.
     audited: BTreeSet<u32>,
-    revoked: mpsc::UnboundedSender<Vec<Place>>,
+    findings: mpsc::UnboundedSender<Finding>,
+    /// Workers that have left, by their processes, until their last answers have been looked into.
+    parted: HashMap<u64, Vec<WorkerId>>,
+    /// Workers that have left since the scheduler was asked last: what they had answered before may still have to be reported.
+    leaving: HashMap<PeerId, WorkerId>,
     /// Who waits for all audits to be over.
-    closing: Vec<oneshot::Sender<()>>,
+    closing: Vec<oneshot::Sender<Vec<WorkerId>>>,
     floor: watch::Sender<Floor>,
     /// What all workers have done, those that have left included.
     done: Done,
@@ -58,6 +65,7 @@ struct Done {
 #[derive(Debug)]
 struct Peer {
     line: Line,
+    instance: u64,
     slots: u32,
     tally: Tally,
     /// Experiments it has been sent.
@@ -65,15 +73,16 @@ struct Peer {
 }
 
 impl Hub {
-    /// Starts the task and returns the way to it, and where it says what has to be taken back. Must be called within a
-    /// Tokio runtime.
+    /// Starts the task and returns the way to it, and where it says what came of audits. Must be called within a Tokio
+    /// runtime.
     #[must_use]
-    pub fn start(limits: Limits) -> (Handle, Revocations) {
+    pub fn start(limits: Limits) -> (Handle, Findings) {
         let (commands, inbox) = mpsc::channel(1024);
         let (crew, receiver) = watch::channel(Crew::default());
-        let (revoked, revocations) = mpsc::unbounded_channel();
+        let (findings, found) = mpsc::unbounded_channel();
         let (floor, seen) = watch::channel(Floor::default());
         let hub = Self {
+            auditing: limits.audit_share > 0.0,
             scheduler: Scheduler::new(limits),
             experiments: HashMap::new(),
             peers: BTreeMap::new(),
@@ -83,7 +92,9 @@ impl Hub {
             done: Done::default(),
             audits: auditor::start(commands.downgrade()),
             audited: BTreeSet::new(),
-            revoked,
+            findings,
+            parted: HashMap::new(),
+            leaving: HashMap::new(),
             closing: Vec::new(),
             stalled: Vec::new(),
             paused: false,
@@ -92,7 +103,7 @@ impl Hub {
         tokio::spawn(hub.run(inbox));
         let (experiments, peers) = Default::default();
         let handle = Handle { commands, crew: receiver, floor: seen, experiments, peers };
-        (handle, Revocations(revocations))
+        (handle, Findings(found))
     }
 
     async fn run(mut self, mut inbox: mpsc::Receiver<Command>) {
@@ -121,10 +132,11 @@ impl Hub {
                 }
             }
             self.settle();
+            self.leaving.clear();
             if self.scheduler.audits() == 0 {
                 // Nobody waits any more when the run is being ended.
-                for closed in self.closing.drain(..) {
-                    let _ = closed.send(());
+                for closed in std::mem::take(&mut self.closing) {
+                    let _ = closed.send(self.right().collect());
                 }
             }
         }
@@ -163,7 +175,7 @@ impl Hub {
                 }
                 self.peers.insert(
                     peer,
-                    Peer { line, slots, tally: Tally::new(Instant::now()), knows: BTreeSet::new() },
+                    Peer { line, instance, slots, tally: Tally::new(Instant::now()), knows: BTreeSet::new() },
                 );
                 self.scheduler.handle(Event::Joined { peer, instance, slots, holds });
                 self.count();
@@ -184,6 +196,7 @@ impl Hub {
                 // Dropping the lines ends the streams after the farewell.
                 for (id, peer) in std::mem::take(&mut self.peers) {
                     let _ = peer.line.outgoing.try_send(farewell.clone());
+                    self.part(id, &peer);
                     self.scheduler.handle(Event::Left(id));
                 }
                 self.farewell = Some(farewell);
@@ -198,9 +211,29 @@ impl Hub {
             _ => None,
         };
         self.scheduler.handle(event);
-        if parted.is_some_and(|peer| self.peers.remove(&peer).is_some()) {
+        if let Some((id, peer)) = parted.and_then(|id| self.peers.remove_entry(&id)) {
+            self.part(id, &peer);
             self.count();
         }
+    }
+
+    /// Remembers a worker that has left, until its answers have been reported and its last one looked into.
+    fn part(&mut self, id: PeerId, peer: &Peer) {
+        self.leaving.insert(id, peer.line.worker);
+        if self.auditing {
+            self.parted.entry(peer.instance).or_default().push(peer.line.worker);
+        }
+    }
+
+    /// Workers that are connected, and of which nothing is left to be looked into.
+    fn right(&self) -> impl Iterator<Item = WorkerId> {
+        let clear = self.peers.values().filter(|peer| self.scheduler.is_clear(peer.instance));
+        clear.map(|peer| peer.line.worker)
+    }
+
+    fn find(&self, finding: Finding) {
+        // Nobody waits any more when the run is being ended.
+        let _ = self.findings.send(finding);
     }
 
     fn carry_out(&mut self, effect: Effect) {
@@ -214,14 +247,19 @@ impl Hub {
                 for Place { experiment, replication, generation } in &places {
                     tracing::warn!(experiment, replication, generation, "taken back from this generation on");
                 }
-                // Nobody waits any more when the run is being ended.
-                let _ = self.revoked.send(places);
+                self.find(Finding::Wrong(places));
+            }
+            Effect::Cleared(instance) => {
+                if let Some(workers) = self.parted.remove(&instance) {
+                    self.find(Finding::Right(workers));
+                }
             }
         }
     }
 
     fn cut_off(&mut self, id: PeerId, why: Cut) {
         let Some(peer) = self.peers.remove(&id) else { return };
+        self.part(id, &peer);
         let (worker, name) = (peer.line.worker.0, &*peer.line.name);
         match why {
             Cut::Silent | Cut::Replaced => tracing::info!(worker, name, ?why, "worker cut off"),
@@ -229,6 +267,7 @@ impl Hub {
                 tracing::warn!(worker, name, ?why, "worker cut off")
             }
             Cut::Wrong => {
+                self.parted.remove(&peer.instance);
                 tracing::error!(worker, name, "a worker has given wrong results and is sent away for good");
                 let text =
                     "an answer of this worker was not what the master computes: its machine may be faulty";
@@ -293,7 +332,8 @@ impl Hub {
                 if let Some(peer) = self.peers.get_mut(&by) {
                     peer.tally.add(trials);
                 }
-                UnitEnd::Evaluated { outcomes, worker: self.peers.get(&by).map(|peer| peer.line.worker) }
+                let connected = self.peers.get(&by).map(|peer| peer.line.worker);
+                UnitEnd::Evaluated { outcomes, worker: connected.or_else(|| self.leaving.get(&by).copied()) }
             }
             Verdict::SetAside { losses, reason } => {
                 tracing::warn!(unit = %key, losses, reason, "unit set aside");

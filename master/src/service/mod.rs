@@ -30,10 +30,11 @@ use crate::store::Store;
 use connection::Door;
 use desk::Desk;
 
+pub use auditor::is_right;
 pub use desk::Roll;
 pub use floor::{Attendance, Floor};
 pub use gate::{Admission, Guest, connections};
-pub use handle::{Crew, Handle, Revocations, UnitEnd};
+pub use handle::{Crew, Finding, Findings, Handle, UnitEnd};
 pub use hub::Hub;
 
 /// A connection on which a ping is not answered for this long is cut.

@@ -105,6 +105,8 @@ pub struct WorkerEntry {
     pub joined_at: String,
     /// When it left, unless it is connected or the master was killed meanwhile.
     pub left_at: Option<String>,
+    /// When the last of its answers had been looked into and was right.
+    pub audited_at: Option<String>,
 }
 
 impl SqliteStore {

@@ -1,5 +1,6 @@
 //! A history that ends with the process.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use selftalk_sim::Experiment;
@@ -8,7 +9,7 @@ use super::commit::Checked;
 use super::read::Position;
 use super::{
     ExperimentId, GenerationCommit, GenerationRecord, ReplicationId, Resumed, Store, StoreError,
-    StoredExperiment, StoredReplication, WorkerId, WorkerInfo,
+    StoredExperiment, StoredReplication, Unproven, WorkerId, WorkerInfo,
 };
 
 /// Keeps a history in memory: for trying things out and for tests. It refuses what an SQLite history refuses.
@@ -24,6 +25,8 @@ struct State {
     generations: Vec<Vec<GenerationRecord>>,
     /// Every worker that joined, and whether it has left; a [`WorkerId`] is an index.
     workers: Vec<(WorkerInfo, bool)>,
+    /// Those whose last answers were right.
+    audited: BTreeSet<WorkerId>,
 }
 
 impl MemoryStore {
@@ -89,6 +92,37 @@ impl State {
             replication.last = last;
             replication.first_optimal = replication.first_optimal.filter(|first| *first < left);
         }
+    }
+}
+
+impl State {
+    /// The latest answers in an experiment of the workers of which it is not known that they were right.
+    fn unproven(&self, stored: &StoredExperiment) -> Vec<Unproven> {
+        let mut contributions: BTreeMap<WorkerId, Vec<(&StoredReplication, u32, u32)>> = BTreeMap::new();
+        for replication in &stored.replications {
+            let records = self.generations.get(replication.id.0 as usize).map_or(&[][..], Vec::as_slice);
+            for (generation, record) in (0..).zip(records) {
+                let workers: BTreeSet<WorkerId> =
+                    record.evaluated.iter().filter_map(|evaluated| evaluated.worker).collect();
+                for worker in workers.difference(&self.audited) {
+                    let of_worker = contributions.entry(*worker).or_default();
+                    match of_worker.last_mut().filter(|(of, ..)| of.id == replication.id) {
+                        Some((_, _, last)) => *last = generation,
+                        None => of_worker.push((replication, generation, generation)),
+                    }
+                }
+            }
+        }
+        let latest = |(worker, contributions): (WorkerId, Vec<(&StoredReplication, u32, u32)>)| {
+            let &(replication, _, generation) = contributions.last()?;
+            let record = self.generations.get(replication.id.0 as usize)?.get(generation as usize)?;
+            let (genotype, outcomes) = record.latest_of(worker)?;
+            let since = contributions.iter().map(|(of, first, _)| (of.id, *first)).collect();
+            let (experiment, replication) = (stored.id, replication.number);
+            let name = self.workers.get(worker.0 as usize)?.0.name.clone();
+            Some(Unproven { worker, name, experiment, replication, generation, genotype, outcomes, since })
+        };
+        contributions.into_iter().filter_map(latest).collect()
     }
 }
 
@@ -158,5 +192,15 @@ impl Store for MemoryStore {
             *left = true;
         }
         Ok(())
+    }
+
+    async fn workers_audited(&self, workers: &[WorkerId]) -> Result<(), StoreError> {
+        self.state().audited.extend(workers);
+        Ok(())
+    }
+
+    async fn unproven(&self) -> Result<Vec<Unproven>, StoreError> {
+        let state = self.state();
+        Ok(state.experiments.iter().flat_map(|stored| state.unproven(stored)).collect())
     }
 }

@@ -18,6 +18,7 @@ mod retest;
 mod sqlite;
 #[cfg(test)]
 pub(crate) mod tests;
+mod unproven;
 mod write;
 
 use std::future::Future;
@@ -31,7 +32,7 @@ pub use listing::{GenerationEntry, IndividualEntry, TrialEntry, WorkerEntry};
 pub use memory::MemoryStore;
 pub use model::{
     Evaluated, ExperimentId, GenerationCommit, GenerationRecord, GenerationSummary, ReplicationId,
-    ReplicationState, Resumed, StoredExperiment, StoredReplication, WorkerId, WorkerInfo,
+    ReplicationState, Resumed, StoredExperiment, StoredReplication, Unproven, WorkerId, WorkerInfo,
 };
 pub use retest::{Retest, Test};
 pub use sqlite::{Generations, SqliteStore};
@@ -40,9 +41,8 @@ pub use sqlite::{Generations, SqliteStore};
 ///
 /// A generation that was committed changes only by being [taken back](Store::take_back).
 ///
-/// What a call that returned has written is durable; of workers that joined or left, with the next generation. A call that
-/// failed has written nothing, one that was dropped
-/// everything or nothing.
+/// What a call that returned has written is durable; of workers, with the next generation. A call that failed has written
+/// nothing, one that was dropped everything or nothing.
 pub trait Store: Send + Sync + 'static {
     /// Creates an experiment with all its replications, at generation none.
     ///
@@ -113,4 +113,17 @@ pub trait Store: Send + Sync + 'static {
     /// # Errors
     /// [`StoreError`] when the history cannot be written.
     fn worker_left(&self, worker: WorkerId) -> impl Future<Output = Result<(), StoreError>> + Send;
+
+    /// Notes that the last answers of these workers were [looked into](Store::unproven) and right.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be written.
+    fn workers_audited(&self, workers: &[WorkerId]) -> impl Future<Output = Result<(), StoreError>> + Send;
+
+    /// The latest answers on record of the workers of which it is not noted that they were right, one for each experiment to
+    /// which a worker has contributed.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read, or does not hold what was committed.
+    fn unproven(&self) -> impl Future<Output = Result<Vec<Unproven>, StoreError>> + Send;
 }

@@ -1,8 +1,9 @@
 //! The records of a history.
 
+use std::sync::Arc;
 use std::time::Duration;
 
-use selftalk_sim::{Experiment, TrialOutcome};
+use selftalk_sim::{Experiment, Genotype, TrialOutcome};
 
 use crate::evolution::{Population, Scored};
 
@@ -149,6 +150,16 @@ pub struct GenerationRecord {
     pub ranking: Vec<u32>,
 }
 
+impl GenerationRecord {
+    /// What a worker has evaluated, the last of the generation, and what came of it.
+    pub(super) fn latest_of(&self, worker: WorkerId) -> Option<(Arc<Genotype>, Vec<TrialOutcome>)> {
+        let of_worker = |evaluated: &&Evaluated| evaluated.worker == Some(worker);
+        let evaluated = self.evaluated.iter().rfind(of_worker)?;
+        let member = self.population.members.get(evaluated.member as usize)?;
+        Some((Arc::clone(&member.genotype), evaluated.outcomes.clone()))
+    }
+}
+
 /// The generation from which a replication goes on. The next population is [`crate::evolution::reproduce`]d from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resumed {
@@ -156,6 +167,27 @@ pub struct Resumed {
     pub population: Population,
     /// Its ranking.
     pub ranking: Vec<u32>,
+}
+
+/// An answer of a worker that nobody has looked into: its latest on record in an experiment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unproven {
+    /// The worker.
+    pub worker: WorkerId,
+    /// The name it goes by.
+    pub name: String,
+    /// The experiment.
+    pub experiment: ExperimentId,
+    /// The replication that the answer belongs to, counted from 0.
+    pub replication: u32,
+    /// The generation that it belongs to.
+    pub generation: u32,
+    /// What was evaluated.
+    pub genotype: Arc<Genotype>,
+    /// What was answered: the outcomes of trials 0, 1, 2, ...
+    pub outcomes: Vec<TrialOutcome>,
+    /// The first generation to which the worker has contributed, for each replication of the experiment in which there is one.
+    pub since: Vec<(ReplicationId, u32)>,
 }
 
 /// A worker that joins.

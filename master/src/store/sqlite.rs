@@ -11,7 +11,7 @@ use super::generations::GenerationReader;
 use super::lock::WriterLock;
 use super::{
     GenerationCommit, GenerationRecord, ReplicationId, Resumed, Store, StoreError, StoredExperiment,
-    StoredReplication, WorkerId, WorkerInfo, open, read, write,
+    StoredReplication, Unproven, WorkerId, WorkerInfo, open, read, unproven, write,
 };
 
 /// An open history.
@@ -214,5 +214,19 @@ impl Store for SqliteStore {
         let mut state = self.begin_as(Durable::WithTheNext).await?;
         write::worker_left(&mut state.connection, worker).await.map_err(|error| self.fail(&error))?;
         self.commit(state).await
+    }
+
+    async fn workers_audited(&self, workers: &[WorkerId]) -> Result<(), StoreError> {
+        let mut state = self.begin_as(Durable::WithTheNext).await?;
+        for &worker in workers {
+            let noted = write::worker_audited(&mut state.connection, worker).await;
+            noted.map_err(|error| self.fail(&error))?;
+        }
+        self.commit(state).await
+    }
+
+    async fn unproven(&self) -> Result<Vec<Unproven>, StoreError> {
+        let mut state = self.state().await;
+        unproven::read(&self.path, &mut state.connection).await
     }
 }

@@ -63,6 +63,14 @@ pub(super) async fn worker_left(connection: &mut SqliteConnection, worker: Worke
     Ok(())
 }
 
+/// Notes that the last answers of a worker were right.
+pub(super) async fn worker_audited(connection: &mut SqliteConnection, worker: WorkerId) -> Result {
+    let mut update = QueryBuilder::<Sqlite>::new("UPDATE worker SET audited_at = ");
+    update.push(NOW).push(" WHERE id = ").push_bind(worker.0);
+    update.build().execute(connection).await?;
+    Ok(())
+}
+
 /// Removes all rows of the generations from this one on. The caller holds a transaction.
 pub(super) async fn take_back(
     connection: &mut SqliteConnection,

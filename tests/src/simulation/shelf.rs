@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use selftalk::store::{
-    GenerationCommit, MemoryStore, ReplicationId, Resumed, Store, StoreError, StoredExperiment, WorkerId,
-    WorkerInfo,
+    GenerationCommit, MemoryStore, ReplicationId, Resumed, Store, StoreError, StoredExperiment, Unproven,
+    WorkerId, WorkerInfo,
 };
 use selftalk_sim::Experiment;
 use tokio::time::sleep;
@@ -103,5 +103,13 @@ impl Store for Shelf {
 
     async fn worker_left(&self, worker: WorkerId) -> Result<(), StoreError> {
         self.store.worker_left(worker).await
+    }
+
+    async fn workers_audited(&self, workers: &[WorkerId]) -> Result<(), StoreError> {
+        self.store.workers_audited(workers).await
+    }
+
+    async fn unproven(&self) -> Result<Vec<Unproven>, StoreError> {
+        self.store.unproven().await
     }
 }

@@ -71,3 +71,30 @@ async fn a_run_does_not_finish_before_its_last_answers_were_looked_into() {
     assert_eq!(honest.end().await, End::Finished);
     assert!(history(folder.path()).await == undisturbed(&experiment).await);
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_a_master_did_not_come_to_is_looked_into_by_the_next_one() {
+    let experiment = small(&[]);
+    let folder = TempDir::new().unwrap();
+    // So small a share that nobody looks into anything before the end.
+    let site = Site::auditing(folder.path(), &experiment, ANYWHERE, 1e-6).await;
+    let (mut board, shutdown) = (site.board.clone(), site.shutdown.clone());
+    let under_way =
+        |board: &Board| board.standings.iter().map(|standing| standing.generations).sum::<u32>() >= 2;
+    let stop = async {
+        timeout(FOREVER, board.wait_for(under_way)).await.expect("no progress").unwrap();
+        shutdown.cancel();
+    };
+    let (caught, ()) = tokio::join!(lie(&site, 1, usize::MAX, |_| true), stop);
+    assert!(!caught);
+    assert_eq!(site.end().await, RunEnd::Interrupted);
+
+    let site = Site::auditing(folder.path(), &experiment, ANYWHERE, 1e-6).await;
+    assert!(site.board.borrow().standings.iter().all(|standing| standing.generations == 0));
+    let honest = site.worker(1);
+    assert_eq!(site.end().await, RunEnd::Finished);
+    assert_eq!(honest.end().await, End::Finished);
+    assert!(history(folder.path()).await == undisturbed(&experiment).await);
+    let store = SqliteStore::open_reader(&folder.path().join("history.db")).await.unwrap();
+    assert_eq!(store.unproven().await.unwrap(), [], "a finished run leaves no doubts");
+}
