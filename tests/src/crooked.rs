@@ -152,7 +152,7 @@ impl State {
 }
 
 fn say(results: Vec<UnitResult>) -> Option<WorkerMessage> {
-    (!results.is_empty()).then(|| WorkerMessage { body: Some(Body::Results(Results { results })) })
+    (!results.is_empty()).then_some(WorkerMessage { body: Some(Body::Results(Results { results })) })
 }
 
 /// The number next to it.

@@ -58,6 +58,13 @@ fn followed(name: &str) -> Option<PathBuf> {
             fs::copy(root.join(file), copy).unwrap();
         }
     }
+    // Cargo tells packages of the same name and version apart by their places within their workspaces: what it compiles of
+    // the copy would pass for what it has compiled of the project.
+    let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+    let version = concat!("version = \"", env!("CARGO_PKG_VERSION"));
+    assert_eq!(manifest.matches(version).count(), 1, "the version of the project");
+    let renamed = manifest.replacen(version, &format!("{version}-{name}"), 1);
+    fs::write(folder.join("Cargo.toml"), renamed).unwrap();
     let changes = folder.join("guide.patch");
     fs::write(&changes, patch()).unwrap();
     // The numbers of lines in the guide need not be right, what stands around the changes has to be.
@@ -74,7 +81,7 @@ fn cargo(folder: &Path, arguments: &[&str]) -> String {
     let test = std::env::current_exe().unwrap();
     let target = test.ancestors().nth(3).unwrap();
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into()));
-    command.current_dir(folder).args(arguments).arg("--target-dir").arg(target);
+    command.current_dir(folder).args(arguments).env("CARGO_TARGET_DIR", target);
     String::from_utf8(run(&mut command).expect("cargo").stdout).unwrap()
 }
 

@@ -1,6 +1,7 @@
 //! Reading the latest answers of workers that nobody has looked into.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::path::Path;
 
 use sqlx::{FromRow, SqliteConnection};
@@ -46,11 +47,13 @@ pub(super) async fn read(
     for contributions in contributions.chunk_by(same) {
         let Some(latest) = contributions.last() else { continue };
         let &Contribution { worker_id, ref name, experiment_id, replication_id, number, last, .. } = latest;
-        if !records.contains_key(&(replication_id, last)) {
-            let mut reader = GenerationReader::new(path, ReplicationId(replication_id), number);
-            records.insert((replication_id, last), reader.record(connection, last).await?);
-        }
-        let record = &records[&(replication_id, last)];
+        let record = match records.entry((replication_id, last)) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(unknown) => {
+                let mut reader = GenerationReader::new(path, ReplicationId(replication_id), number);
+                unknown.insert(reader.record(connection, last).await?)
+            }
+        };
         let since = |of: &Contribution| (ReplicationId(of.replication_id), of.first);
         let since = contributions.iter().map(since).collect();
         let answer = record.latest_of(WorkerId(worker_id));
