@@ -17,6 +17,11 @@ pub struct AddressError {
 ///
 /// # Errors
 /// [`AddressError`] when it is not http://HOST:PORT, or https://HOST:PORT with keys.
+///
+/// ```
+/// assert!(selftalk_proto::endpoint("http://10.0.0.7:7700", None).is_ok());
+/// assert!(selftalk_proto::endpoint("https://10.0.0.7:7700", None).is_err(), "there are no keys");
+/// ```
 pub fn endpoint(master: &str, tls: Option<&ClientTlsConfig>) -> Result<Endpoint, AddressError> {
     let refuse = |reason: String| AddressError { master: master.to_owned(), reason };
     let endpoint = Endpoint::from_shared(master.to_owned()).map_err(|error| refuse(chain(&error)))?;

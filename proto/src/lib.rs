@@ -9,6 +9,7 @@ mod error;
 mod from_master;
 mod from_worker;
 pub mod keys;
+mod release;
 mod token;
 mod unit;
 
@@ -23,6 +24,7 @@ pub use error::WireError;
 pub use from_master::{FromMaster, RefusalReason};
 pub use from_worker::{Answer, FromWorker, Hello, UnitResult};
 pub use keys::{ClientKeys, KeysError, MasterKeys};
+pub use release::release;
 pub use token::{Token, TokenError};
 pub use unit::{Unit, UnitKey};
 

@@ -48,6 +48,23 @@ pub enum End {
 ///
 /// # Errors
 /// [`WorkerError`] when the master cannot be reached, refuses the worker, or sends what makes no sense.
+///
+/// ```
+/// use std::time::Duration;
+///
+/// use selftalk_worker::{Config, WorkerError, run};
+/// use tokio_util::sync::CancellationToken;
+///
+/// # #[tokio::main(flavor = "current_thread")]
+/// # async fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// // Nobody listens at port 1.
+/// let mut config = Config::new("http://127.0.0.1:1", selftalk_sim::fingerprint()?);
+/// config.connect_timeout = Duration::from_millis(100);
+/// let ended = run(config, CancellationToken::new()).await;
+/// assert!(matches!(ended, Err(WorkerError::Unreachable { .. })));
+/// # Ok(())
+/// # }
+/// ```
 pub async fn run(config: Config, shutdown: CancellationToken) -> Result<End, WorkerError> {
     let (results, outbox) = mpsc::unbounded_channel::<UnitResult>();
     let slots = Slots::start(config.slots, results).map_err(WorkerError::Threads)?;

@@ -36,7 +36,7 @@ enum LogFormat {
 
 /// Runs trials for a selftalk master.
 #[derive(Debug, Parser)]
-#[command(name = "selftalk-worker", version, after_help = AFTER_HELP, max_term_width = 110)]
+#[command(name = "selftalk-worker", version, long_version = selftalk_proto::release(), after_help = AFTER_HELP, max_term_width = 110)]
 struct Cli {
     /// Address of the master
     #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:7700")]

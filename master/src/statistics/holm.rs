@@ -2,6 +2,10 @@
 
 /// The p-values of a family of tests, corrected, in their order: the smallest is multiplied by their number, the next
 /// by one less, and so on; none becomes smaller than the one before it, or greater than 1.
+///
+/// ```
+/// assert_eq!(selftalk::statistics::holm(&[0.25, 0.125, 0.5]), [0.5, 0.375, 0.5]);
+/// ```
 #[must_use]
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();

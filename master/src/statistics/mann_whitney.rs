@@ -22,6 +22,14 @@ pub struct MannWhitney {
 /// Equal values share the mean of their ranks. Up to 100 values together, p is exact: twice the smaller tail, at most
 /// 1, of U's distribution over all ways to deal these very values, ties and all, to both groups. Beyond, it is that of
 /// the normal approximation, corrected for ties and continuity.
+///
+/// ```
+/// use selftalk::statistics::mann_whitney;
+///
+/// let test = mann_whitney(&[40.0, 39.0, 40.0, 38.0], &[12.0, 20.0, 31.0, 38.0]).unwrap();
+/// assert_eq!((test.u, test.a12), (15.5, 15.5 / 16.0));
+/// assert!(test.p < 0.06);
+/// ```
 #[must_use]
 pub fn mann_whitney(a: &[f64], b: &[f64]) -> Option<MannWhitney> {
     if a.is_empty() || b.is_empty() || a.iter().chain(b).any(|value| value.is_nan()) {

@@ -34,6 +34,7 @@ pub use model::{
     Evaluated, ExperimentId, GenerationCommit, GenerationRecord, GenerationSummary, ReplicationId,
     ReplicationState, Resumed, StoredExperiment, StoredReplication, Unproven, WorkerId, WorkerInfo,
 };
+pub use open::schema_version;
 pub use retest::{Retest, Test};
 pub use sqlite::{Generations, SqliteStore};
 

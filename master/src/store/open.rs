@@ -20,7 +20,8 @@ static MIGRATIONS: Migrator = sqlx::migrate!("../migrations");
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The schema version this release writes: the number of its last migration, which sets `user_version` to it.
-pub(super) fn known_version() -> i64 {
+#[must_use]
+pub fn schema_version() -> i64 {
     MIGRATIONS.iter().map(|migration| migration.version).max().unwrap_or_default()
 }
 
@@ -70,8 +71,8 @@ pub(super) async fn reader(path: &Path) -> Result<SqliteConnection, StoreError> 
         opened = open_existing(path, true).await;
     }
     let (connection, version) = opened?;
-    if version < known_version() {
-        return Err(StoreError::Older { path: path.to_owned(), found: version, known: known_version() });
+    if version < schema_version() {
+        return Err(StoreError::Older { path: path.to_owned(), found: version, known: schema_version() });
     }
     Ok(connection)
 }
@@ -98,7 +99,7 @@ async fn check(path: &Path, connection: &mut SqliteConnection) -> Result<i64, St
         let reason = "it is another program's SQLite database".to_owned();
         return Err(StoreError::Foreign { path: path.to_owned(), reason });
     }
-    let (found, known) = (pragma(connection, "PRAGMA user_version").await.map_err(fail)?, known_version());
+    let (found, known) = (pragma(connection, "PRAGMA user_version").await.map_err(fail)?, schema_version());
     if found > known {
         return Err(StoreError::Newer { path: path.to_owned(), found, known });
     }

@@ -139,6 +139,17 @@ impl Experiment {
     ///
     /// # Errors
     /// [`ExperimentError`] names `file`, the key, and what would be right.
+    ///
+    /// ```
+    /// use selftalk_sim::Experiment;
+    ///
+    /// let experiment = Experiment::from_toml("my.toml", "generations = 5", &["seed=7".to_owned()])?;
+    /// assert_eq!((experiment.generations, experiment.seed, experiment.replications), (5, 7, 10));
+    ///
+    /// let error = Experiment::from_toml("my.toml", "generations = 0", &[]).unwrap_err();
+    /// assert_eq!(error.to_string(), "my.toml: generations = 0: must be between 1 and 10000000");
+    /// # Ok::<(), selftalk_sim::ExperimentError>(())
+    /// ```
     pub fn from_toml(file: &str, text: &str, overrides: &[String]) -> Result<Self, ExperimentError> {
         Self::read(text, overrides).map_err(|problem| ExperimentError { file: file.to_owned(), problem })
     }

@@ -2,6 +2,7 @@
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -15,6 +16,8 @@ mod operate;
 mod replay;
 mod reproduce;
 mod shell;
+
+use crate::store::schema_version;
 
 pub use backup::BackupArgs;
 pub use compare::{CompareArgs, Measure};
@@ -48,9 +51,16 @@ Exit codes:
 
 Data goes to stdout, everything else to stderr; a failure is one line, `error: ...`.";
 
+/// The release, and what it reads and writes.
+fn long_version() -> &'static str {
+    static RELEASE: LazyLock<String> =
+        LazyLock::new(|| format!("{}\ndatabase schema {}", selftalk_proto::release(), schema_version()));
+    &RELEASE
+}
+
 /// Evolves the controllers of a simulated iCub and keeps every generation in one SQLite file.
 #[derive(Debug, Parser)]
-#[command(name = "selftalk", version, after_help = AFTER_HELP, max_term_width = 110)]
+#[command(name = "selftalk", version, long_version = long_version(), after_help = AFTER_HELP, max_term_width = 110)]
 pub struct Cli {
     /// Options of all commands.
     #[command(flatten)]
