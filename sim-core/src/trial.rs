@@ -209,3 +209,37 @@ impl<'a> Trial<'a> {
         &self.observation
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::controller::Layout;
+    use crate::genotype::Genotype;
+    use crate::physics::{Instructions, engine};
+    use crate::situation::{Case, Draw};
+
+    #[test]
+    fn a_lead_in_is_under_the_label_of_the_action_before() {
+        let (robot, starts) = (RobotModel::icub().unwrap(), Starts::shipped().unwrap());
+        let setup = Setup { experiment: Experiment::default(), robot, starts };
+        let experiment = &setup.experiment;
+        let mut engine = engine(&setup.robot, experiment, Instructions::default()).unwrap();
+        let genes = Layout::new(&experiment.controller).genes();
+        let network = Network::new(&Genotype::new(vec![1 << 15; genes]), &experiment.controller).unwrap();
+        let draw = Draw { replication: 0, generation: 0 };
+        let drawn = Situation::new(experiment, Case::Drawn { draw, trial: 8 });
+        let situation = Situation { lead_in: 2, ..drawn };
+        let mut trial = Trial::begin(&setup, engine.as_mut(), 0, network, &situation);
+        let heard: Vec<Option<Behaviour>> = (0..6)
+            .map(|_| {
+                trial.act(engine.as_mut(), 0);
+                engine.advance();
+                assert_eq!(trial.judge(engine.as_ref(), 0), None);
+                trial.heard
+            })
+            .collect();
+        let [open, grasp] = [Behaviour::Open, Behaviour::Grasp].map(Some);
+        assert_eq!(heard, [None, None, open, open, grasp, grasp], "first the posture settles");
+        assert_eq!(trial.steps, 2, "what is judged");
+    }
+}
