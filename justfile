@@ -20,9 +20,37 @@ lint:
     cargo fmt --all --check
     cargo clippy --workspace --all-targets --all-features -- -D warnings
 
+# The project with what the guide to a new behaviour adds: formatting and lints
+guide:
+    cargo test --workspace --test system -- --ignored the_guide_to_a_new_behaviour
+
+# Golden digests of the simulator and of a whole run, release build
+golden:
+    cargo test --release --workspace --test determinism
+    cargo test --release --workspace --test system -- oracle:: digest::
+
+# A short run: the release build with one worker against the debug build with two, as the tests have built them
+short-run:
+    #!/usr/bin/env bash
+    set -euo pipefail
+    scratch=$(mktemp -d)
+    trap 'rm -rf "$scratch"' EXIT
+    run() {
+        selftalk="${CARGO_TARGET_DIR:-target}/$1/selftalk"
+        "$selftalk" run quickstart --db "$scratch/$1.db" --set generations=3 --workers "$2"
+        "$selftalk" digest quickstart --db "$scratch/$1.db" --format csv | tee "$scratch/$1.csv"
+    }
+    run release 1
+    run debug 2
+    diff "$scratch/release.csv" "$scratch/debug.csv"
+
 # Spelling, in code and text (needs typos, from crates.io or PyPI)
 spelling:
     typos
+
+# The API's documentation: nothing is missing, every link leads somewhere
+doc-check:
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
 
 # The API's documentation, in a browser
 doc:
@@ -55,7 +83,11 @@ recovery:
 book:
     mdbook serve --open
 
-# Licences, sources and known vulnerabilities of the dependencies (needs cargo-deny)
+# Licences and sources of the dependencies (needs cargo-deny)
+licences:
+    cargo deny check bans licenses sources
+
+# The same and known vulnerabilities, of which it fetches a list from GitHub
 deny:
     cargo deny check
 
