@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn commit(profile: &str) -> Option<String> {
     const REFERENCES: &str = "../.git/logs/HEAD";
     println!("cargo::rerun-if-env-changed=SELFTALK_COMMIT");
-    let told = std::env::var("SELFTALK_COMMIT").ok();
+    let told = std::env::var("SELFTALK_COMMIT").ok().filter(|commit| !commit.is_empty());
     let commit = told.or_else(|| {
         if profile != "release" || !Path::new(REFERENCES).exists() {
             return None;
