@@ -1,7 +1,9 @@
 //! What was written is what is read.
 
+use std::sync::Arc;
+
 use super::*;
-use crate::store::{MemoryStore, ReplicationState, SqliteStore, WorkerInfo};
+use crate::store::{MemoryStore, ReplicationState, SqliteStore, Unproven, WorkerInfo};
 
 async fn fresh() -> (tempfile::TempDir, SqliteStore) {
     let folder = tempfile::tempdir().unwrap();
@@ -143,17 +145,64 @@ async fn optimal_individuals_and_the_summary_are_those_of_the_generation() {
     assert_eq!(stored.replications[1].last, None);
 }
 
+fn worker(name: &str) -> WorkerInfo {
+    let (name, host, version) = (name.to_owned(), "h".to_owned(), "1".to_owned());
+    WorkerInfo { name, host, process: 7, version, slots: 2 }
+}
+
+/// Two workers contribute to two replications, are looked into, and some of it is taken back.
+async fn look_into_workers(store: &impl Store) {
+    let experiment = experiment("a");
+    let stored = store.create_experiment(&experiment, "sim-1").await.unwrap();
+    let [first, second] = [0, 1].map(|number: usize| stored.replications[number].id);
+    let steady = store.worker_joined(&worker("steady")).await.unwrap();
+    let late = store.worker_joined(&worker("late")).await.unwrap();
+    assert_eq!(store.unproven().await.unwrap(), [], "they have answered nothing");
+
+    let beginning = evaluate(founders(&experiment, GENES, 0), Some(steady));
+    commit(store, first, &beginning, false).await.unwrap();
+    let offspring = reproduce(&experiment, &beginning.population, &beginning.ranking);
+    let mut shared = evaluate(offspring, Some(steady));
+    shared.evaluated.last_mut().unwrap().worker = Some(late);
+    commit(store, first, &shared, false).await.unwrap();
+    let other = evaluate(founders(&experiment, GENES, 1), Some(late));
+    commit(store, second, &other, false).await.unwrap();
+
+    let answer = |worker, name: &str, replication, record: &GenerationRecord, from_last: usize, since| {
+        let evaluated = &record.evaluated[record.evaluated.len() - 1 - from_last];
+        let member = &record.population.members[evaluated.member as usize];
+        Unproven {
+            worker,
+            name: name.to_owned(),
+            experiment: stored.id,
+            replication,
+            generation: record.population.generation,
+            genotype: Arc::clone(&member.genotype),
+            outcomes: evaluated.outcomes.clone(),
+            since,
+        }
+    };
+    let of_steady = answer(steady, "steady", 0, &shared, 1, vec![(first, 0)]);
+    let of_late = answer(late, "late", 1, &other, 0, vec![(first, 1), (second, 0)]);
+    assert_eq!(store.unproven().await.unwrap(), [of_steady.clone(), of_late]);
+    store.workers_audited(&[late]).await.unwrap();
+    assert_eq!(store.unproven().await.unwrap(), [of_steady]);
+    store.take_back(first, 1).await.unwrap();
+    let before = answer(steady, "steady", 0, &beginning, 0, vec![(first, 0)]);
+    assert_eq!(store.unproven().await.unwrap(), [before]);
+}
+
+#[tokio::test]
+async fn the_last_answers_that_nobody_has_looked_into_are_known() {
+    let (_folder, store) = fresh().await;
+    look_into_workers(&store).await;
+    look_into_workers(&MemoryStore::new()).await;
+}
+
 #[tokio::test]
 async fn failures_workers_and_scores_beyond_numbers_are_kept() {
     let (_folder, store) = fresh().await;
-    let info = WorkerInfo {
-        name: "w".to_owned(),
-        host: "h".to_owned(),
-        process: 7,
-        version: "1".to_owned(),
-        slots: 2,
-    };
-    let worker = store.worker_joined(&info).await.unwrap();
+    let worker = store.worker_joined(&worker("w")).await.unwrap();
     let experiment = experiment("a");
     let stored = store.create_experiment(&experiment, "sim-1").await.unwrap();
     let mut record = evaluate(founders(&experiment, GENES, 1), Some(worker));
