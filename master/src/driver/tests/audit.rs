@@ -2,9 +2,16 @@
 
 use super::*;
 
-/// Works like a worker, but some answers are wrong in their last bit, until it is sent away or has answered enough; then
-/// it leaves. Returns whether it was sent away.
-async fn lie(site: &Site, instance: u64, enough: usize, wrong: impl Fn(usize) -> bool) -> bool {
+const FOR_EVER: (usize, Option<FromWorker>) = (usize::MAX, None);
+
+/// Works like a worker, but some answers are wrong in their last bit, until it is sent away or has answered enough: then
+/// it says a last word or, if it has none, stays and answers no more. Returns whether it was sent away.
+async fn lie(
+    site: &Site,
+    instance: u64,
+    (enough, last_word): (usize, Option<FromWorker>),
+    wrong: impl Fn(usize) -> bool,
+) -> bool {
     let experiment = small(&[]);
     let simulator = Simulator::new(&experiment).unwrap();
     let (mut answered, mut given) = (0, 0);
@@ -18,11 +25,12 @@ async fn lie(site: &Site, instance: u64, enough: usize, wrong: impl Fn(usize) ->
     };
     let heard =
         talk(site, FromWorker::Hello(Hello { instance, ..hello() }).into(), |message| match message {
+            FromMaster::Lease(_) if given >= enough => Some(Vec::new()),
             FromMaster::Lease(units) => {
                 given += units.len();
                 let results = units.iter().cloned().map(&mut answer).collect();
-                let goodbye = (given >= enough).then_some(FromWorker::Goodbye);
-                Some([FromWorker::Results(results)].into_iter().chain(goodbye).collect())
+                let last_word = last_word.clone().filter(|_| given >= enough);
+                Some([FromWorker::Results(results)].into_iter().chain(last_word).collect())
             }
             FromMaster::Farewell { .. } | FromMaster::Refusal { .. } => None,
             _ => Some(Vec::new()),
@@ -36,8 +44,8 @@ async fn a_worker_with_wrong_bits_is_sent_away_and_leaves_nothing_behind() {
     let experiment = small(&[]);
     let folder = TempDir::new().unwrap();
     let site = Site::auditing(folder.path(), &experiment, ANYWHERE, 0.3).await;
-    assert!(lie(&site, 1, usize::MAX, |_| true).await);
-    assert!(lie(&site, 1, usize::MAX, |_| false).await, "it does not get in again");
+    assert!(lie(&site, 1, FOR_EVER, |_| true).await);
+    assert!(lie(&site, 1, FOR_EVER, |_| false).await, "it does not get in again");
     let honest = site.worker(1);
     assert_eq!(site.end().await, RunEnd::Finished);
     assert_eq!(honest.end().await, End::Finished);
@@ -50,7 +58,10 @@ async fn committed_generations_are_taken_back_when_they_were_wrong() {
     let folder = TempDir::new().unwrap();
     // So small a share that only its leave makes anyone look into what a worker said.
     let mut site = Site::auditing(folder.path(), &experiment, ANYWHERE, 1e-6).await;
-    assert!(!lie(&site, 1, 130, |_| true).await, "it leaves before anyone has noticed");
+    assert!(
+        !lie(&site, 1, (130, Some(FromWorker::Goodbye)), |_| true).await,
+        "it leaves before anyone has noticed"
+    );
     let taken_back = |board: &Board| board.standings.iter().all(|standing| standing.generations == 0);
     timeout(FOREVER, site.board.wait_for(taken_back)).await.expect("nothing is taken back").unwrap();
     let honest = site.worker(1);
@@ -65,7 +76,7 @@ async fn a_run_does_not_finish_before_its_last_answers_were_looked_into() {
     let folder = TempDir::new().unwrap();
     let site = Site::auditing(folder.path(), &experiment, ANYWHERE, 1e-6).await;
     // It does all the work, and is found out at the very end.
-    assert!(lie(&site, 1, usize::MAX, |number| number > 20).await);
+    assert!(lie(&site, 1, FOR_EVER, |number| number > 20).await);
     let honest = site.worker(2);
     assert_eq!(site.end().await, RunEnd::Finished);
     assert_eq!(honest.end().await, End::Finished);
@@ -85,7 +96,7 @@ async fn what_a_master_did_not_come_to_is_looked_into_by_the_next_one() {
         timeout(FOREVER, board.wait_for(under_way)).await.expect("no progress").unwrap();
         shutdown.cancel();
     };
-    let (caught, ()) = tokio::join!(lie(&site, 1, usize::MAX, |_| true), stop);
+    let (caught, ()) = tokio::join!(lie(&site, 1, (130, None), |_| true), stop);
     assert!(!caught);
     assert_eq!(site.end().await, RunEnd::Interrupted);
 
