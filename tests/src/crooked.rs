@@ -26,7 +26,7 @@ pub enum Manner {
     Hangs,
     /// Every fourth answer is none that could be.
     Garbage,
-    /// Answers are held back until the worker connects again, to another master than the one that had asked.
+    /// Answers are held back until the worker connects again: mostly to another master than the one that had asked.
     Late,
 }
 
