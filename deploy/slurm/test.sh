@@ -13,10 +13,17 @@ export PATH=$programs:$PATH SLURM_CONF=$place/slurm.conf SELFTALK_DIR=$place/stu
 take_down() {
     scancel --full --user=root 2>/dev/null || true
     sleep 1
+    # A daemon writes its last files when it is told to end: the folder can go when all have ended.
+    local daemon pid
     for daemon in slurmd slurmctld munged; do
-        [[ ! -s $place/$daemon.pid ]] || kill "$(cat "$place/$daemon.pid")" 2>/dev/null || true
+        pid=$(cat "$place/$daemon.pid" 2>/dev/null) || continue
+        kill "$pid" 2>/dev/null || true
+        for _ in $(seq 300); do
+            kill -0 "$pid" 2>/dev/null || break
+            sleep 0.1
+        done
     done
-    [[ -n ${KEEP:-} ]] || rm -rf "$place"
+    [[ -n ${KEEP:-} ]] || rm -rf "$place" || echo "$place is left behind" >&2
 }
 trap take_down EXIT
 
