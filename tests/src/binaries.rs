@@ -23,6 +23,22 @@ pub fn worker() -> Command {
     command("selftalk-worker")
 }
 
+/// Cargo, as it is in a shell. What the cargo that runs a test tells it of its package, build scripts of dependencies take for
+/// told to them: everything that depends on those would be compiled again, and again by the next cargo from a shell.
+#[must_use]
+pub fn cargo() -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into()));
+    for (name, _) in std::env::vars_os() {
+        let told = name
+            .to_str()
+            .is_some_and(|name| ["CARGO_PKG_", "CARGO_MANIFEST_"].iter().any(|of| name.starts_with(of)));
+        if told {
+            command.env_remove(name);
+        }
+    }
+    command
+}
+
 fn command(name: &str) -> Command {
     let mut command = Command::new(folder().join(format!("{name}{}", std::env::consts::EXE_SUFFIX)));
     // What the developer has set must not change what is printed.
@@ -41,7 +57,7 @@ fn folder() -> &'static Path {
             Some("debug") | None => "dev",
             Some(name) => name,
         };
-        let built = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into()))
+        let built = cargo()
             .args(["test", "--quiet", "--no-run", "--workspace", "--test", "command_line"])
             .args([
                 "--profile",

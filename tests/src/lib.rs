@@ -22,7 +22,7 @@ pub mod simulation;
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::{Duration, Instant};
 
-pub use binaries::{selftalk, worker};
+pub use binaries::{cargo, selftalk, worker};
 #[cfg(unix)]
 pub use browser::Browser;
 pub use crooked::{CrookedLine, Manner};

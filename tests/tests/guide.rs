@@ -80,7 +80,7 @@ fn cargo(folder: &Path, arguments: &[&str]) -> String {
     // Tests lie in <target>/<profile>/deps; what the project is built on has been compiled there.
     let test = std::env::current_exe().unwrap();
     let target = test.ancestors().nth(3).unwrap();
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into()));
+    let mut command = selftalk_tests::cargo();
     command.current_dir(folder).args(arguments).env("CARGO_TARGET_DIR", target);
     String::from_utf8(run(&mut command).expect("cargo").stdout).unwrap()
 }

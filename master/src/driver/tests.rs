@@ -26,7 +26,8 @@ const FOREVER: Duration = Duration::from_secs(120);
 
 fn small(overrides: &[&str]) -> Experiment {
     let text = "name = \"small\"\nreplications = 3\ngenerations = 4\n[evolution]\npopulation = 20\nparents = 4\n\
-                mutation = 0.001\ndraws_every = 2\n";
+                mutation = 0.001\ndraws_every = 2\n\
+                [reach]\nsteps = 8\n[open]\nsteps = 8\n[grasp]\nsteps = 8\n[move]\nsteps = 8\n";
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     Experiment::from_toml("small.toml", text, &overrides).unwrap()
 }

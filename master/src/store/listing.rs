@@ -109,6 +109,27 @@ pub struct WorkerEntry {
     pub audited_at: Option<String>,
 }
 
+// CROSS JOIN has the planner take the tables in this order: otherwise it may begin with all individuals there are.
+
+/// The generation with the fittest individual of replication ?1.
+const BEST_GENERATION: &str = "SELECT * FROM generation_summary WHERE replication_id = ?1 AND generation = ( \
+        SELECT generation.number FROM generation \
+        CROSS JOIN individual ON individual.replication_id = generation.replication_id \
+           AND individual.generation = generation.number AND individual.number = best_individual \
+        CROSS JOIN evaluation ON evaluation.replication_id = individual.replication_id \
+           AND evaluation.generation = individual.generation \
+           AND evaluation.individual = evaluated_as \
+        WHERE generation.replication_id = ?1 \
+        ORDER BY fitness DESC, generation.number LIMIT 1)";
+
+/// The trials of the best individuals of replication ?1.
+const BEST_OUTCOMES: &str = "SELECT generation.number, trial.score, trial.success, trial.steps FROM generation \
+     CROSS JOIN individual ON individual.replication_id = generation.replication_id \
+        AND individual.generation = generation.number AND individual.number = best_individual \
+     CROSS JOIN trial ON trial.replication_id = individual.replication_id \
+        AND trial.generation = individual.generation AND trial.individual = evaluated_as \
+     WHERE generation.replication_id = ?1 ORDER BY generation.number, trial.trial";
+
 impl SqliteStore {
     /// A replication's generations, or one of them.
     ///
@@ -137,10 +158,7 @@ impl SqliteStore {
         &self,
         replication: ReplicationId,
     ) -> Result<Option<GenerationEntry>, StoreError> {
-        let query = sqlx::query_as(
-            "SELECT * FROM generation_summary WHERE replication_id = ? \
-             ORDER BY best_fitness DESC, generation LIMIT 1",
-        );
+        let query = sqlx::query_as(BEST_GENERATION);
         let mut state = self.state().await;
         let row = query.bind(replication.0).fetch_optional(&mut state.connection).await;
         row.map_err(|error| self.fail(&error))
@@ -154,14 +172,7 @@ impl SqliteStore {
         &self,
         replication: ReplicationId,
     ) -> Result<Vec<(u32, Vec<TrialOutcome>)>, StoreError> {
-        let query = sqlx::query_as(
-            "SELECT generation.number, trial.score, trial.success, trial.steps FROM generation \
-             JOIN individual ON individual.replication_id = generation.replication_id \
-                AND individual.generation = generation.number AND individual.number = best_individual \
-             JOIN trial ON trial.replication_id = individual.replication_id \
-                AND trial.generation = individual.generation AND trial.individual = evaluated_as \
-             WHERE generation.replication_id = ? ORDER BY generation.number, trial.trial",
-        );
+        let query = sqlx::query_as(BEST_OUTCOMES);
         let mut state = self.state().await;
         let rows = query.bind(replication.0).fetch_all(&mut state.connection).await;
         let rows: Vec<(u32, Option<f64>, bool, u32)> = rows.map_err(|error| self.fail(&error))?;
@@ -256,5 +267,29 @@ impl SqliteStore {
         let query = sqlx::query_as("SELECT * FROM worker ORDER BY id");
         let mut state = self.state().await;
         query.fetch_all(&mut state.connection).await.map_err(|error| self.fail(&error))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn questions_about_all_generations_look_up_one_individual_of_each() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = SqliteStore::open_writer(&folder.path().join("history.db")).await.unwrap();
+        let mut state = store.state().await;
+        for question in [BEST_GENERATION, BEST_OUTCOMES] {
+            let plan = sqlx::AssertSqlSafe(format!("EXPLAIN QUERY PLAN {question}"));
+            let query = sqlx::query_as(plan).bind(1);
+            let plan: Vec<(i64, i64, i64, String)> = query.fetch_all(&mut state.connection).await.unwrap();
+            for (_, _, _, step) in plan {
+                let rows_of_an_individual = ["individual", "evaluation", "best", "trial"]
+                    .iter()
+                    .any(|of| step.contains(&format!(" {of} ")));
+                let keys = step.matches("=?").count();
+                assert!(!rows_of_an_individual || keys == 3, "{step}");
+            }
+        }
     }
 }
