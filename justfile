@@ -75,6 +75,12 @@ readers:
     target/readers/bin/pip install --quiet --requirement tests/readers.txt
     SELFTALK_PYTHON="$PWD/target/readers/bin/python" cargo test --workspace --test system -- --nocapture deploy:: export:: hostile:: replay::
 
+# What the service costs beside general task systems (needs Python 3.11 or later)
+others:
+    python3 -m venv target/others
+    target/others/bin/pip install --quiet --requirement tests/benches/service/requirements.txt
+    target/others/bin/python tests/benches/service/others.py --generations 5
+
 # How soon a run goes on after its master was killed
 recovery:
     cargo bench --workspace --bench recovery
