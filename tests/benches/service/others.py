@@ -1,9 +1,9 @@
 """What the service takes for a unit of work beside general task systems, without a simulator.
 
-    python tests/benches/others/others.py [--generations N] [SYSTEM ...]
+    python tests/benches/service/others.py [--generations N] [SYSTEM ...]
 
-Run it from the root of the repository, with the Python of an environment with `tests/benches/others/requirements.txt`. Systems:
-selftalk, ray, dask, hyperqueue; the first by `cargo bench --bench service -- cost`, the others here.
+Run it from the root of the repository, with the Python of an environment with `tests/benches/service/requirements.txt`; `just
+others` does. Systems: selftalk, ray, dask, hyperqueue; the first by `cargo bench --bench service -- cost`, the others here.
 
 A unit is a genotype of 1226 bytes that goes out, a hash of it, and 16 scores that come back. A generation is 1600 units, and the
 next begins when all scores of the last are in. There are two workers, one a core, on this machine. The others keep nothing, where
@@ -154,7 +154,8 @@ def main():
     names = options.systems or list(systems)
     if len(names) == 1:
         # The systems write what they like while they run.
-        rows = [f"| {name} | {processor:.0f} | {wall:.0f} |" for name, processor, wall in systems[names[0]](options.generations)]
+        measured = systems[names[0]](options.generations)
+        rows = [f"| {name} | {processor:.0f} | {wall:.0f} |" for name, processor, wall in measured]
     else:
         # Each in a process of its own: what one leaves in memory, another's children would begin with.
         rows = []
