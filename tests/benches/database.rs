@@ -18,14 +18,14 @@ const TURNS: usize = 5;
 const QUESTIONS: [&str; 12] = [
     "experiments",
     "replications",
-    "generations --experiment null --replication 7",
-    "generations --experiment null --replication 7 --generation LAST",
+    "generations --experiment null --replication 0",
+    "generations --experiment null --replication 0 --generation LAST",
     "generations --best",
     "generations",
     "individuals",
-    "individuals --experiment null --replication 7 --generation LAST",
+    "individuals --experiment null --replication 0 --generation LAST",
     "individuals --best",
-    "lineage --experiment null --replication 7",
+    "lineage --experiment null --replication 0",
     "behaviours",
     "workers",
 ];
