@@ -51,11 +51,11 @@ impl Layout {
         INTERNAL * (SENSORS + recurrence + 2) + MOTORS * (INTERNAL + 1)
     }
 
-    /// Number of genes that stay as an experiment's ancestors had them: all but those of the added neurons, or none
-    /// where there are no ancestors (paper, section III.B).
+    /// Number of genes that stay as an experiment's ancestors had them: all but those of the added neurons (paper, section
+    /// III.B), or none where there are no ancestors or their genes evolve as well.
     #[must_use]
     pub fn inherited(experiment: &Experiment) -> usize {
-        if experiment.ancestors.genotypes.is_empty() {
+        if experiment.ancestors.genotypes.is_empty() || experiment.ancestors.evolve {
             0
         } else {
             Self::new(&experiment.controller).elementary()

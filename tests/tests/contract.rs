@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use prost::Message;
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorSet};
 use selftalk_tests::Place;
+use serde_json::Value;
 use sqlx::Connection;
 
 /// What `selftalk digest` says of the history in every `tests/contracts/schema-N.dump`: the database of a finished run with
@@ -34,6 +35,7 @@ fn restore(dump: &Path, database: &Path) {
 #[test]
 fn databases_of_every_schema_can_be_read_and_are_brought_up_to_date() {
     let newest = fs::read_dir(root().join("migrations")).unwrap().count();
+    let mut best = BTreeSet::new();
     for schema in 1..=newest {
         let dump = root().join(format!("tests/contracts/schema-{schema}.dump"));
         assert!(dump.exists(), "a database of schema {schema} has to be kept: {}", dump.display());
@@ -49,7 +51,10 @@ fn databases_of_every_schema_can_be_read_and_are_brought_up_to_date() {
         assert_eq!(digests[0]["sha256"], FROZEN, "schema {schema}");
         place.run("verify").done();
         place.run("history lineage").done();
+        let of_best = |of: &Value| format!("{} {}", of["best_fitness"], of["best_successes"]);
+        best.insert(place.ask("history generations").iter().map(of_best).collect::<Vec<_>>());
     }
+    assert_eq!(best.len(), 1, "what an earlier schema did not say is made up for: {best:?}");
 }
 
 /// Every field of a message and of those within it: its name, number, type, and whether there may be many.

@@ -16,7 +16,7 @@ use crate::store::{ReplicationState, SqliteStore};
 /// Where nobody is to be started from.
 const NONE: &str = "none";
 
-/// Gives an experiment the ancestors that it needs: `named` is an experiment in the database, a folder of results, or
+/// Gives an experiment the ancestors that it needs, in the second phase or where ancestors are to evolve further: `named` is an experiment in the database, a folder of results, or
 /// `none`. Experiments that need none, or name their own, stay as they are.
 ///
 /// # Errors
@@ -27,14 +27,15 @@ pub(super) async fn adopt(
     named: Option<&str>,
     global: &Global,
 ) -> Result<(), Failure> {
-    let needed = experiment.task == Task::MoveToTarget && experiment.controller.added != Added::None;
+    let second_phase = experiment.task == Task::MoveToTarget && experiment.controller.added != Added::None;
+    let needed = second_phase || experiment.ancestors.evolve;
     if !needed || !experiment.ancestors.genotypes.is_empty() || named == Some(NONE) {
         return Ok(());
     }
     let name = &experiment.name;
     let Some(named) = named else {
         let message = format!(
-            "experiment `{name}` starts from individuals of the first phase; name them with `--ancestors`: an \
+            "experiment `{name}` starts from individuals of an earlier one; name them with `--ancestors`: an \
              experiment in the database (`selftalk run elementary` makes one), a folder of results, or `{NONE}`"
         );
         return Err(Failure::new(Exit::Usage, message));
@@ -144,7 +145,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn only_the_second_phase_needs_ancestors() {
+    async fn only_the_second_phase_and_what_evolves_ancestors_need_some() {
         let folder = tempfile::tempdir().unwrap();
         let global = global(folder.path());
         let mut elementary = Experiment::default();
@@ -156,6 +157,9 @@ mod tests {
         assert!(failure.message.contains("--ancestors"), "{failure}");
         adopt(&mut experiment, Some("none"), &global).await.unwrap();
         assert!(experiment.ancestors.genotypes.is_empty());
+        elementary.ancestors.evolve = true;
+        let failure = adopt(&mut elementary, None, &global).await.unwrap_err();
+        assert!(failure.message.contains("--ancestors"), "{failure}");
     }
 
     #[tokio::test]

@@ -110,15 +110,18 @@ mod tests {
     }
 
     #[test]
-    fn inherited_bits_never_flip() {
+    fn inherited_bits_never_flip_unless_ancestors_evolve() {
         let mut experiment = experiment(1.0);
         experiment.controller.added = Added::Internal;
         experiment.ancestors.genotypes = vec![Genotype::new([7; GENES])];
         let parents = founders(&experiment, GENES + 148, 0);
         let children = reproduce(&experiment, &parents, &descending());
         let all_new = GENES as u32 * 16..(GENES as u32 + 148) * 16;
-        assert!(children.members[1].origin.flipped().iter().copied().eq(all_new));
+        assert!(children.members[1].origin.flipped().iter().copied().eq(all_new.clone()));
         assert_eq!(children.members[1].genotype.genes()[..GENES], [7; GENES]);
+        experiment.ancestors.evolve = true;
+        let children = reproduce(&experiment, &parents, &descending());
+        assert!(children.members[1].origin.flipped().iter().copied().eq(0..all_new.end));
     }
 
     #[test]

@@ -147,6 +147,8 @@ fn summary(examination: &mut Examination<'_>, entry: &GenerationEntry) {
     let Some(right) = examination.record.summary() else { return };
     let best = examination.record.ranking.first().copied().unwrap_or_default();
     examination.compare("best individual", entry.best_individual, best);
+    examination.compare("best fitness", entry.best_fitness, right.best_fitness);
+    examination.compare("successes of the best", entry.best_successes, right.best_successes);
     examination.compare("mean fitness", entry.mean_fitness, right.mean_fitness);
     examination.compare("most successes", entry.most_successes, right.most_successes);
     examination.compare("number of optimal individuals", entry.optimal_individuals, right.optimal);

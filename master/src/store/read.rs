@@ -36,17 +36,13 @@ struct ReplicationRow {
 /// The replications of an experiment with what their last generation came to.
 const REPLICATIONS: &str = "\
     SELECT replication.id, replication.number, finished_at IS NOT NULL AS finished, generation.number AS last, \
-        fitness AS best_fitness, mean_fitness, successes AS best_successes, most_successes, \
+        best_fitness, mean_fitness, best_successes, most_successes, \
         optimal_individuals AS optimal, distinct_genotypes, \
         (SELECT min(number) FROM generation WHERE replication_id = replication.id AND optimal_individuals > 0) \
             AS first_optimal \
     FROM replication \
     LEFT JOIN generation ON generation.replication_id = replication.id AND generation.number = \
         (SELECT max(number) FROM generation WHERE replication_id = replication.id) \
-    LEFT JOIN individual ON individual.replication_id = replication.id \
-        AND individual.generation = generation.number AND individual.number = best_individual \
-    LEFT JOIN evaluation ON evaluation.replication_id = replication.id \
-        AND evaluation.generation = generation.number AND evaluation.individual = evaluated_as \
     WHERE experiment_id = ? ORDER BY replication.number";
 
 /// The experiments, or only that of a name, in the order of their creation.

@@ -113,12 +113,14 @@ pub(super) async fn generation(connection: &mut SqliteConnection, checked: &Chec
 async fn summary(connection: &mut SqliteConnection, checked: &Checked<'_>) -> Result {
     let Checked { commit, summary, .. } = checked;
     let mut insert = QueryBuilder::<Sqlite>::new(
-        "INSERT INTO generation (replication_id, number, best_individual, mean_fitness, most_successes, \
-         optimal_individuals, distinct_genotypes, genotypes_sha256, wall_ms, committed_at) VALUES (",
+        "INSERT INTO generation (replication_id, number, best_individual, best_fitness, best_successes, \
+         mean_fitness, most_successes, optimal_individuals, distinct_genotypes, genotypes_sha256, wall_ms, \
+         committed_at) VALUES (",
     );
     let mut values = insert.separated(", ");
     values.push_bind(commit.replication.0).push_bind(commit.population.generation);
-    values.push_bind(commit.ranking.first().copied()).push_bind(summary.mean_fitness);
+    values.push_bind(commit.ranking.first().copied()).push_bind(summary.best_fitness);
+    values.push_bind(summary.best_successes).push_bind(summary.mean_fitness);
     values.push_bind(summary.most_successes).push_bind(summary.optimal).push_bind(summary.distinct);
     values.push_bind(genotypes_sha256(commit.population).to_vec());
     values

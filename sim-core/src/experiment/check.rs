@@ -101,8 +101,8 @@ fn integration(experiment: &Experiment) -> Result<(), Problem> {
     within("caretaker.soon", caretaker.soon, 1..=100_000)?;
     within("caretaker.early", caretaker.early, caretaker.soon..=100_000)?;
     within("caretaker.early_reward", caretaker.early_reward, 0.0..=1.0)?;
-    if !ancestors.genotypes.is_empty() && experiment.controller.added == Added::None {
-        let allowed = "\"internal\" or \"speech\" with ancestors, whose genes stay as they are";
+    if !ancestors.genotypes.is_empty() && !ancestors.evolve && experiment.controller.added == Added::None {
+        let allowed = "\"internal\" or \"speech\" with ancestors, whose genes stay as they are unless ancestors.evolve is true";
         return Err(value("controller.added", "\"none\"", allowed));
     }
     Ok(())

@@ -104,6 +104,8 @@ pub struct Ancestors {
     /// Their genes, four hexadecimal digits each, one text an individual.
     #[serde(with = "genes")]
     pub genotypes: Vec<Genotype>,
+    /// Whether their genes evolve as well. In the paper's second phase they stay as they are.
+    pub evolve: bool,
 }
 
 mod genes {

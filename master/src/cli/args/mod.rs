@@ -187,8 +187,8 @@ pub struct RunArgs {
     /// Change a setting of the experiment, as key=value with a dotted key; can be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Whom the second training phase starts from: the champions of an experiment in the database or of a folder of
-    /// results, or `none`
+    /// Whom the second training phase, or one with ancestors.evolve=true, starts from: the champions of an experiment in
+    /// the database or of a folder of results, or `none`
     #[arg(long, value_name = "EXPERIMENT|FOLDER")]
     pub ancestors: Option<String>,
     /// Where the dashboard is.
@@ -229,8 +229,8 @@ pub struct ServeArgs {
     /// Presets or experiment files; without any, everything unfinished in the database is continued
     #[arg(value_name = "PRESET|FILE.toml")]
     pub experiments: Vec<String>,
-    /// Whom the second training phase starts from: the champions of an experiment in the database or of a folder of
-    /// results, or `none`
+    /// Whom the second training phase, or one with ancestors.evolve=true, starts from: the champions of an experiment in
+    /// the database or of a folder of results, or `none`
     #[arg(long, value_name = "EXPERIMENT|FOLDER")]
     pub ancestors: Option<String>,
     /// Where the dashboard is.
