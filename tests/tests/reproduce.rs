@@ -7,6 +7,7 @@ use std::time::Duration;
 use selftalk_tests::Place;
 
 /// A study of a few seconds: small populations, few generations, short trials.
+/// Of the first phase there are two parts.
 fn command() -> String {
     let all = [
         "replications=2",
@@ -20,13 +21,14 @@ fn command() -> String {
         "move_to_target.steps=10",
     ];
     let all: String = all.iter().map(|setting| format!(" --set {setting}")).collect();
-    format!("reproduce --dir study --workers 2{all} --set-first generations=8 --set-second generations=6")
+    let first = "--first elementary-0.5 --first elementary-further --set-first generations=6";
+    format!("reproduce --dir study --workers 2{all} {first} --set-second generations=6")
 }
 
 /// What a study has written that must not depend on how the run went: all files but figures' pixels and the workers.
 fn written(place: &Place) -> BTreeMap<String, String> {
     let mut files = BTreeMap::new();
-    for folder in ["study/report", "study/elementary-0.5"] {
+    for folder in ["study/report", "study/elementary-0.5", "study/elementary-further"] {
         for entry in fs::read_dir(place.path(folder)).unwrap() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_str().unwrap().to_owned();
@@ -58,6 +60,11 @@ fn a_study_is_the_same_however_often_it_was_killed() {
     assert!(page.contains("| LST | 2 |") && page.contains("Own labels and the caretaker's"), "{page}");
     assert_eq!(expected["study/report/pairwise.csv"].lines().count(), 1 + 2 * 6);
     assert_eq!(expected["study/elementary-0.5/summary.csv"].lines().count(), 1 + 2);
+    let further = &expected["study/elementary-further/experiment.toml"];
+    for line in expected["study/elementary-0.5/best.csv"].lines().skip(1) {
+        let genes = line.rsplit(',').next().unwrap();
+        assert!(further.contains(genes), "{line}");
+    }
 
     let place = Place::new();
     let mut kills = 0;
@@ -92,10 +99,14 @@ fn an_interrupted_study_says_how_to_go_on() {
 #[test]
 fn another_study_is_not_mixed_in() {
     let place = Place::new();
-    let short = command().replace("generations=8", "generations=1").replace("generations=6", "generations=1");
+    let short = command().replace("generations=6", "generations=1");
     place.run(&short).done();
     let message = place.run(&format!("{short} --seed 9")).refused(6);
     assert!(message.contains("seed is 1, not 9"), "{message}");
     let message = place.run("reproduce --dir other --first integrated-c").refused(2);
     assert!(message.contains("not an experiment of the first phase"), "{message}");
+    let message = place.run("reproduce --dir other --first elementary --first elementary-linked").refused(2);
+    assert!(message.contains("ancestors.evolve = true"), "{message}");
+    let message = place.run("reproduce --dir other --first elementary-further").refused(2);
+    assert!(message.contains("has to come before it"), "{message}");
 }

@@ -56,22 +56,52 @@ struct Study {
 
 impl Study {
     async fn run(&self) -> Result<(), Failure> {
-        let first = read(&self.args.first, &self.overrides(&self.args.set_first))?;
-        if first.task != Task::Elementary {
-            let message =
-                format!("--first {}: this is not an experiment of the first phase", self.args.first);
-            return Err(Failure::new(Exit::Usage, message));
-        }
+        let mut first = self.first()?;
         let overrides = self.overrides(&self.args.set_second);
         let mut second =
             CONDITIONS.iter().map(|name| read(name, &overrides)).collect::<Result<Vec<_>, _>>()?;
-        let mut overall = self.overall(&first, &second).await?;
+        let mut overall = self.overall(first.iter().chain(&second)).await?;
 
-        self.evolve(std::slice::from_ref(&first), &mut overall).await?;
-        self.bequeath(&first.name, &mut second).await?;
+        let mut before: Option<&str> = None;
+        for experiment in &mut first {
+            if let Some(before) = before {
+                self.bequeath(before, std::slice::from_mut(experiment)).await?;
+            }
+            self.evolve(std::slice::from_ref(experiment), &mut overall).await?;
+            before = Some(&experiment.name);
+        }
+        self.bequeath(before.unwrap_or_default(), &mut second).await?;
         self.evolve(&second, &mut overall).await?;
         self.test(&second, &mut overall).await?;
         self.write(&first, &second).await
+    }
+
+    /// The experiments of the first phase, of which each starts from the champions of the one before.
+    fn first(&self) -> Result<Vec<Experiment>, Failure> {
+        let refuse =
+            |name: &str, reason: &str| Err(Failure::new(Exit::Usage, format!("--first {name}: {reason}")));
+        let overrides = self.overrides(&self.args.set_first);
+        let mut experiments: Vec<Experiment> = Vec::with_capacity(self.args.first.len());
+        for name in &self.args.first {
+            let experiment = read(name, &overrides)?;
+            if experiment.task != Task::Elementary {
+                return refuse(name, "this is not an experiment of the first phase");
+            }
+            if experiments.iter().any(|other| other.name == experiment.name) {
+                return refuse(name, "there is one of that name already");
+            }
+            let follows = experiment.ancestors.evolve && experiment.ancestors.genotypes.is_empty();
+            if follows == experiments.is_empty() {
+                let reason = if follows {
+                    "it goes on from another's champions, which has to come before it (ancestors.evolve is true)"
+                } else {
+                    "only one with ancestors.evolve = true goes on from another's champions"
+                };
+                return refuse(name, reason);
+            }
+            experiments.push(experiment);
+        }
+        Ok(experiments)
     }
 
     fn overrides(&self, of_phase: &[String]) -> Vec<String> {
@@ -80,12 +110,12 @@ impl Study {
     }
 
     /// How far the study is.
-    async fn overall(&self, first: &Experiment, second: &[Experiment]) -> Result<Overall, Failure> {
-        let whole: f64 = work(first) + second.iter().map(|of| work(of) + tests(of)).sum::<f64>();
-        let mut done = 0.0;
+    async fn overall(&self, experiments: impl Iterator<Item = &Experiment>) -> Result<Overall, Failure> {
+        let (mut whole, mut done) = (0.0, 0.0);
         // As a writer, which also mends a file that was left without its tables.
         let store = SqliteStore::open_writer(&self.global.db).await?;
-        for experiment in second.iter().chain([first]) {
+        for experiment in experiments {
+            whole += work(experiment) + tests(experiment);
             let Some(stored) = store.experiment(&experiment.name).await? else { continue };
             done += work(experiment) - remaining(&stored);
             for replication in &stored.replications {
@@ -98,21 +128,21 @@ impl Study {
         Ok(Overall::new(whole, done))
     }
 
-    /// Gives the experiments of the second phase their ancestors: those of one that was begun, or the champions of the
-    /// first phase. All have the same, which take a while to choose.
-    async fn bequeath(&self, first: &str, second: &mut [Experiment]) -> Result<(), Failure> {
+    /// Gives experiments their ancestors: those of one that was begun, or the champions of the experiment `before`. All
+    /// have the same, which take a while to choose.
+    async fn bequeath(&self, before: &str, heirs: &mut [Experiment]) -> Result<(), Failure> {
         let store = select::open(&self.global).await?;
         let mut chosen = None;
-        for experiment in &mut *second {
+        for experiment in &mut *heirs {
             let begun = store.experiment(&experiment.name).await?;
-            chosen = chosen.or(begun.map(|begun| begun.experiment.ancestors));
+            chosen = chosen.or(begun.map(|begun| begun.experiment.ancestors.genotypes));
         }
-        for experiment in second {
+        for experiment in heirs {
             match &chosen {
-                Some(ancestors) => experiment.ancestors = ancestors.clone(),
+                Some(genotypes) => experiment.ancestors.genotypes.clone_from(genotypes),
                 None => {
-                    adopt(experiment, Some(first), &self.global).await?;
-                    chosen = Some(experiment.ancestors.clone());
+                    adopt(experiment, Some(before), &self.global).await?;
+                    chosen = Some(experiment.ancestors.genotypes.clone());
                 }
             }
         }
@@ -171,10 +201,13 @@ impl Study {
     }
 
     /// Writes the results of both phases.
-    async fn write(&self, first: &Experiment, second: &[Experiment]) -> Result<(), Failure> {
+    async fn write(&self, first: &[Experiment], second: &[Experiment]) -> Result<(), Failure> {
         let store = select::open(&self.global).await?;
-        let folder = self.args.dir.join(&first.name);
-        if !folder.exists() {
+        for first in first {
+            let folder = self.args.dir.join(&first.name);
+            if folder.exists() {
+                continue;
+            }
             // The folder is there when it is complete.
             let part = self.args.dir.join(format!("{}.part", first.name));
             let failed = |error| Failure::new(Exit::Unexpected, format!("{}: {error}", part.display()));
@@ -238,8 +271,11 @@ fn remaining(stored: &StoredExperiment) -> f64 {
     generations.map(f64::from).sum::<f64>() * generation(&stored.experiment)
 }
 
-/// Control steps that the tests of its robots take, about.
+/// Control steps that the tests of its robots take, about. Those of the first phase have none.
 fn tests(experiment: &Experiment) -> f64 {
+    if experiment.task == Task::Elementary {
+        return 0.0;
+    }
     let trials = POST_TRIALS * f64::from(experiment.generations) + GRID_TRIALS;
     f64::from(experiment.replications) * trials * INTEGRATED_STEPS
 }

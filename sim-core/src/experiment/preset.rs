@@ -17,6 +17,7 @@ pub const PRESETS: &[Preset] = &[
     Preset { name: "elementary", toml: include_str!("../../presets/elementary.toml") },
     Preset { name: "elementary-0.5", toml: include_str!("../../presets/elementary-0.5.toml") },
     Preset { name: "elementary-linked", toml: include_str!("../../presets/elementary-linked.toml") },
+    Preset { name: "elementary-further", toml: include_str!("../../presets/elementary-further.toml") },
     Preset { name: "integrated-c", toml: include_str!("../../presets/integrated-c.toml") },
     Preset { name: "integrated-le", toml: include_str!("../../presets/integrated-le.toml") },
     Preset { name: "integrated-st", toml: include_str!("../../presets/integrated-st.toml") },

@@ -16,6 +16,7 @@ figures, tables and page in `report`. It can be interrupted or killed at any tim
 Examples:
   selftalk reproduce                            in the folder `study`
   selftalk reproduce --dir literal --first elementary
+  selftalk reproduce --dir linked --first elementary-linked --first elementary-further
   selftalk reproduce --dir small --set replications=3 --set-first generations=200 --set-second generations=20
 
 `selftalk --help` lists the exit codes.")]
@@ -23,9 +24,10 @@ pub struct ReproduceArgs {
     /// The study's folder; --db is not used
     #[arg(long, value_name = "DIR", default_value = "study")]
     pub dir: PathBuf,
-    /// The first phase: a preset or an experiment file
+    /// The first phase: a preset or an experiment file; several are run one after the other, each from the champions of the
+    /// one before, and have ancestors.evolve=true but for the first
     #[arg(long, value_name = "PRESET|FILE.toml", default_value = "elementary-0.5")]
-    pub first: String,
+    pub first: Vec<String>,
     /// Change a setting of all experiments, as key=value with a dotted key; can be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
