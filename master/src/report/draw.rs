@@ -57,10 +57,11 @@ fn draw_box(chart: &mut Chart<'_>, x: f64, values: &[f64]) -> Drawn<()> {
     let (left, right) = (x - HALF, x + HALF);
     let line = |points: Vec<(f64, f64)>, style: ShapeStyle| PathElement::new(points, style);
     let (ink, accent) = (BLUE.stroke_width(1), RED.stroke_width(2));
+    // Those without length could not be drawn.
+    let whiskers = [(upper, most), (lower, least)].into_iter().filter(|(from, to)| from != to);
+    chart.draw_series(whiskers.map(|(from, to)| line(vec![(x, from), (x, to)], BLACK.stroke_width(1))))?;
     chart.draw_series([
         line(vec![(left, lower), (left, upper), (right, upper), (right, lower), (left, lower)], ink),
-        line(vec![(x, upper), (x, most)], BLACK.stroke_width(1)),
-        line(vec![(x, lower), (x, least)], BLACK.stroke_width(1)),
         line(vec![(x - HALF / 2.0, most), (x + HALF / 2.0, most)], BLACK.stroke_width(1)),
         line(vec![(x - HALF / 2.0, least), (x + HALF / 2.0, least)], BLACK.stroke_width(1)),
         line(vec![(left, middle), (right, middle)], accent),
@@ -153,6 +154,12 @@ mod tests {
         }
         let red = svg.matches("stroke=\"#FF0000\"").count();
         assert_eq!(red, 2 + 2, "two medians, and a plus of two strokes");
+        let lines = |values| boxplots("Figure", &[("C", values)]).unwrap().matches("<polyline").count();
+        assert_eq!(
+            lines(vec![1.0, 2.0, 3.0]),
+            lines(vec![2.0; 3]) + 2,
+            "whiskers only where they have a length"
+        );
     }
 
     #[test]
