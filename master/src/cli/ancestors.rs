@@ -16,8 +16,9 @@ use crate::store::{ReplicationState, SqliteStore};
 /// Where nobody is to be started from.
 const NONE: &str = "none";
 
-/// Gives an experiment the ancestors that it needs, in the second phase or where ancestors are to evolve further: `named` is an experiment in the database, a folder of results, or
-/// `none`. Experiments that need none, or name their own, stay as they are.
+/// Gives an experiment the ancestors that it needs, in the second phase or where they are to evolve further: `named` is an
+/// experiment in the database, a folder of results, or `none`. Experiments that need none, or name their own, stay as they
+/// are.
 ///
 /// # Errors
 /// [`Exit::Usage`] when it needs ancestors and none are named, or they are not there or not yet finished;

@@ -70,7 +70,9 @@ impl Study {
             self.evolve(std::slice::from_ref(experiment), &mut overall).await?;
             before = Some(&experiment.name);
         }
-        self.bequeath(before.unwrap_or_default(), &mut second).await?;
+        if let Some(before) = before {
+            self.bequeath(before, &mut second).await?;
+        }
         self.evolve(&second, &mut overall).await?;
         self.test(&second, &mut overall).await?;
         self.write(&first, &second).await

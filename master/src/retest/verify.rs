@@ -259,11 +259,19 @@ mod tests {
             let found = examine(&experiment, &simulator, Some(&records[0]), &changed, &entry(&records[1]));
             assert!(found.iter().any(|found| found.to_string().contains(words)), "{words}: {found:?}");
         }
-        let mut summary = entry(&records[0]);
-        summary.optimal_individuals = 3;
+        let right = entry(&records[0]);
+        let summary = GenerationEntry {
+            best_fitness: 2.0,
+            best_successes: right.best_successes + 1,
+            optimal_individuals: 3,
+            ..right
+        };
         let found = examine(&experiment, &simulator, None, &records[0], &summary);
-        let what = "0: number of optimal individuals 3 is stored, 0 is right";
-        assert_eq!(found.iter().map(Mismatch::to_string).collect::<Vec<_>>(), [what]);
+        let found: Vec<String> = found.iter().map(Mismatch::to_string).collect();
+        assert_eq!(found.len(), 3, "{found:?}");
+        assert!(found[0].contains("0: best fitness 2 is stored"), "{found:?}");
+        assert!(found[1].contains("0: successes of the best"), "{found:?}");
+        assert_eq!(found[2], "0: number of optimal individuals 3 is stored, 0 is right");
     }
 
     #[test]

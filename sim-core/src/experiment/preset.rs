@@ -53,6 +53,16 @@ mod tests {
     }
 
     #[test]
+    fn elementary_further_goes_on_with_elementary_linked() {
+        let [linked, mut further] = ["elementary-linked", "elementary-further"]
+            .map(|name| Preset::find(name).unwrap().experiment(&[]).unwrap());
+        assert!(further.ancestors.evolve);
+        (further.name, further.generations) = (linked.name.clone(), linked.generations);
+        further.ancestors.evolve = false;
+        assert_eq!(further, linked);
+    }
+
+    #[test]
     fn elementary_is_the_default_experiment() {
         let preset = Preset::find("elementary").unwrap();
         assert_eq!(preset.experiment(&[]), Ok(Experiment::default()));
