@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-use selftalk_tests::{GOLDEN, Place};
+use selftalk_tests::{GOLDEN, Place, SMALL, wait_until};
 
 /// Peers that are at it. They end when this is dropped.
 struct Peers(Child);
@@ -43,7 +43,12 @@ impl Drop for Peers {
 #[test]
 fn peers_that_do_everything_wrong_are_cut_off_and_the_run_goes_on() {
     let place = Place::new();
-    let mut master = place.start("serve --listen 127.0.0.1:0 small.toml");
+    // Those that hang are found out after a while; there is something to do until then.
+    place.write(
+        "endless.toml",
+        SMALL.replace("small", "endless").replace("generations = 12", "generations = 1000000"),
+    );
+    let mut master = place.start("serve --listen 127.0.0.1:0 small.toml endless.toml");
     let address = master.address();
     let Some(mut peers) = Peers::start(&address) else {
         eprintln!("skipped: no Python with grpcio; SELFTALK_PYTHON may name one");
@@ -51,11 +56,10 @@ fn peers_that_do_everything_wrong_are_cut_off_and_the_run_goes_on() {
     };
     peers.ready();
     let worker = place.start_worker(&address);
-    let reported = master.end().done().stderr;
-    worker.end().done();
     for (name, why) in [("flood", "Flooding"), ("hang", "Hanging"), ("stall", "Hanging")] {
         let cut = |line: &str| line.contains("worker cut off") && line.contains(name) && line.contains(why);
-        assert!(reported.lines().any(cut), "{name}: {reported}");
+        wait_until(name, || master.reported().lines().any(cut).then_some(()));
     }
-    assert_eq!(place.digests(), GOLDEN);
+    wait_until("the history of the experiment that ends", || (place.digests() == GOLDEN).then_some(()));
+    assert!(worker.kill() && master.kill());
 }

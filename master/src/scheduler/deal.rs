@@ -50,22 +50,33 @@ impl Scheduler {
 
     /// Gives units that take long to a second worker if that is idle and nothing is waiting, and to yet another one after
     /// twice as long: those who have them may all hang.
+    ///
+    /// While something is waiting, workers go on with that, and only units of those that have stalled are doubled: their
+    /// generations would otherwise wait until everything else has ended.
     pub(super) fn double_stragglers(&mut self) {
-        if self.paused || self.waiting > 0 || self.open.is_empty() {
+        if self.paused || self.open.is_empty() {
             return;
         }
-        let mut idle: Vec<PeerId> =
-            self.peers.iter().filter(|(_, peer)| peer.idle()).map(|(id, _)| *id).collect();
-        if idle.is_empty() {
+        let stalled = |peer: &Peer| peer.stalled(self.now_ms, &self.limits);
+        let busy = self.waiting > 0;
+        if busy && !self.peers.values().any(stalled) {
+            return;
+        }
+        let free = |peer: &Peer| if busy { !stalled(peer) } else { peer.idle() };
+        let mut takers: Vec<PeerId> =
+            self.peers.iter().filter(|(_, peer)| free(peer)).map(|(id, _)| *id).collect();
+        if takers.is_empty() {
             return;
         }
         // Those who have not answered for the longest are asked last.
-        idle.sort_by_key(|id| std::cmp::Reverse(self.peers.get(id).map_or(0, |peer| peer.missed)));
+        takers.sort_by_key(|id| std::cmp::Reverse(self.peers.get(id).map_or(0, |peer| peer.missed)));
         let (now_ms, limit) = (self.now_ms, self.limits.straggler_ms);
-        let late = |unit: &Open| match unit.holders.len() {
+        let overdue = |unit: &Open| match unit.holders.len() {
             0 => false,
             count => now_ms - unit.leased_ms > limit << (count - 1).min(16),
         };
+        let held_up = |unit: &Open| unit.holders.iter().all(|id| self.peers.get(id).is_none_or(stalled));
+        let late = |unit: &Open| overdue(unit) && (!busy || held_up(unit));
         let mut late: Vec<(u64, UnitKey, bool)> = self
             .open
             .iter()
@@ -78,8 +89,8 @@ impl Scheduler {
                 (Some(unit), Some(peer)) => unit.is_new_to(peer),
                 _ => false,
             };
-            let Some(place) = idle.iter().rposition(able) else { continue };
-            let peer = idle.remove(place);
+            let Some(place) = takers.iter().rposition(able) else { continue };
+            let peer = takers.remove(place);
             self.lease(peer, &[key], suspect);
         }
     }

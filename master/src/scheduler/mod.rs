@@ -347,12 +347,11 @@ impl Scheduler {
             let reason = format!("{} outcomes for {expected} trials", outcomes.len());
             return self.fail(peer, key, reason);
         }
-        if let Some(peer) = self.peers.get_mut(&peer) {
-            peer.answers(self.now_ms);
-        }
+        let leased_ms = unit.leased_ms;
+        let took_ms = self.peers.get_mut(&peer).map_or(0, |peer| peer.answers(self.now_ms, leased_ms));
         let claim = self.ledger.note(instance, &unit.work, &outcomes);
         self.effects.extend(claim.map(Effect::Audit));
-        self.end(key, Some(peer), Verdict::Evaluated { by: peer, outcomes });
+        self.end(key, Some((peer, took_ms)), Verdict::Evaluated { by: peer, outcomes });
     }
 
     fn fail(&mut self, peer: PeerId, key: UnitKey, reason: String) {
@@ -393,11 +392,12 @@ impl Scheduler {
         }
     }
 
-    /// Closes a unit and tells everyone who still holds it, except the one that answered.
-    fn end(&mut self, key: UnitKey, by: Option<PeerId>, verdict: Verdict) {
+    /// Closes a unit and tells everyone who still holds it, except the one that answered, `by`, which took so many
+    /// milliseconds for it.
+    fn end(&mut self, key: UnitKey, by: Option<(PeerId, u64)>, verdict: Verdict) {
         let Some(unit) = self.open.remove(&key) else { return };
         self.waiting -= usize::from(unit.queued);
-        let took_ms = self.now_ms - unit.leased_ms;
+        let (by, took_ms) = by.map_or((None, 0), |(peer, took_ms)| (Some(peer), took_ms));
         let mut hanging = Vec::new();
         for id in unit.holders {
             let Some(holder) = self.peers.get_mut(&id) else { continue };

@@ -1,6 +1,6 @@
 //! What the scheduler knows of a connected worker.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use selftalk_proto::UnitKey;
 
@@ -18,6 +18,8 @@ pub(super) struct Peer {
     /// When it was given the first unit since then.
     busy_ms: u64,
     slots: u32,
+    /// When it gave its last answers, as many as it has slots.
+    answered: VecDeque<u64>,
     /// The units it holds, with their batch and whether they are suspect.
     held: BTreeMap<UnitKey, (u64, bool)>,
     /// Units left of each batch.
@@ -37,6 +39,7 @@ impl Peer {
             missed: 0,
             busy_ms: now_ms,
             slots,
+            answered: VecDeque::new(),
             held: BTreeMap::new(),
             batches: BTreeMap::new(),
             suspects: 0,
@@ -93,9 +96,18 @@ impl Peer {
         self.held.len() * other.slots() < other.held.len() * self.slots()
     }
 
-    /// It has evaluated a unit.
-    pub(super) fn answers(&mut self, now_ms: u64) {
+    /// It has evaluated a unit that it was given then; returns how long a slot was busy with that, in milliseconds.
+    pub(super) fn answers(&mut self, now_ms: u64, leased_ms: u64) -> u64 {
+        // What waits in its queue begins when a slot is free: as many answers ago as it has slots.
+        let free_ms = (self.answered.len() == self.slots()).then(|| self.answered.pop_front()).flatten();
+        self.answered.push_back(now_ms);
         (self.missed, self.busy_ms) = (0, now_ms);
+        now_ms - leased_ms.max(free_ms.unwrap_or(0))
+    }
+
+    /// Whether it has had something to do and not answered for long.
+    pub(super) fn stalled(&self, now_ms: u64, limits: &Limits) -> bool {
+        !self.idle() && now_ms.saturating_sub(self.busy_ms) >= limits.hanging_ms
     }
 
     /// Whether it has missed too much for too long, when another one took so long for a unit.

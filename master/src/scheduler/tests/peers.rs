@@ -88,6 +88,33 @@ fn a_slow_machine_does_not_hang() {
 }
 
 #[test]
+fn a_worker_that_hangs_is_found_out_while_there_is_more_to_do() {
+    let mut scheduler = Scheduler::default();
+    scheduler.handle(joined(1, 1, 1, vec![]));
+    scheduler.handle(joined(2, 2, 1, vec![]));
+    let (mut units, mut now_ms, mut cut) = (0, 0, None);
+    while cut.is_none() && now_ms < 120_000 {
+        scheduler.handle(Event::Submitted((units..units + 200).map(work).collect()));
+        units += 200;
+        for effect in scheduler.settle() {
+            match effect {
+                Effect::Lease(PeerId(2), leased) => {
+                    leased.iter().for_each(|(work, _)| scheduler.handle(answered(PeerId(2), work.key)));
+                }
+                Effect::Disconnect(PeerId(1), why) => cut = Some(why),
+                _ => {}
+            }
+        }
+        now_ms += 500;
+        scheduler.handle(Event::Heard(PeerId(1)));
+        scheduler.handle(Event::Heard(PeerId(2)));
+        scheduler.handle(Event::Tick(now_ms));
+    }
+    assert_eq!(cut, Some(Cut::Hanging));
+    assert!((30_000..40_000).contains(&now_ms), "{now_ms}");
+}
+
+#[test]
 fn a_worker_that_hangs_is_given_nothing_more() {
     let mut scheduler = Scheduler::default();
     scheduler.handle(joined(1, 1, 1, vec![]));
