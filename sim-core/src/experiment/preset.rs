@@ -18,6 +18,7 @@ pub const PRESETS: &[Preset] = &[
     Preset { name: "elementary-0.5", toml: include_str!("../../presets/elementary-0.5.toml") },
     Preset { name: "elementary-linked", toml: include_str!("../../presets/elementary-linked.toml") },
     Preset { name: "elementary-further", toml: include_str!("../../presets/elementary-further.toml") },
+    Preset { name: "elementary-refined", toml: include_str!("../../presets/elementary-refined.toml") },
     Preset { name: "integrated-c", toml: include_str!("../../presets/integrated-c.toml") },
     Preset { name: "integrated-le", toml: include_str!("../../presets/integrated-le.toml") },
     Preset { name: "integrated-st", toml: include_str!("../../presets/integrated-st.toml") },
@@ -53,13 +54,16 @@ mod tests {
     }
 
     #[test]
-    fn elementary_further_goes_on_with_elementary_linked() {
-        let [linked, mut further] = ["elementary-linked", "elementary-further"]
+    fn what_elementary_linked_has_begun_goes_on_alike() {
+        let [linked, further, refined] = ["elementary-linked", "elementary-further", "elementary-refined"]
             .map(|name| Preset::find(name).unwrap().experiment(&[]).unwrap());
-        assert!(further.ancestors.evolve);
-        (further.name, further.generations) = (linked.name.clone(), linked.generations);
-        further.ancestors.evolve = false;
-        assert_eq!(further, linked);
+        for mut later in [further, refined] {
+            assert!(later.ancestors.evolve);
+            later.ancestors.evolve = false;
+            (later.name, later.generations) = (linked.name.clone(), linked.generations);
+            later.evolution.mutation = linked.evolution.mutation;
+            assert_eq!(later, linked);
+        }
     }
 
     #[test]

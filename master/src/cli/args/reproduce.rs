@@ -16,7 +16,7 @@ figures, tables and page in `report`. It can be interrupted or killed at any tim
 Examples:
   selftalk reproduce                            in the folder `study`
   selftalk reproduce --dir literal --first elementary
-  selftalk reproduce --dir linked --first elementary-linked --first elementary-further
+  selftalk reproduce --dir linked --first elementary-linked --first elementary-further --first elementary-refined
   selftalk reproduce --dir small --set replications=3 --set-first generations=200 --set-second generations=20
 
 `selftalk --help` lists the exit codes.")]
