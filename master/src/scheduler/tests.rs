@@ -2,7 +2,7 @@
 
 mod peers;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use proptest::prelude::*;
 use selftalk_sim::{Draw, Genotype};

@@ -115,6 +115,35 @@ fn a_worker_that_hangs_is_found_out_while_there_is_more_to_do() {
 }
 
 #[test]
+fn what_waits_in_a_workers_queue_does_not_make_it_slow() {
+    let mut scheduler = Scheduler::default();
+    scheduler.handle(joined(1, 1, 1, vec![]));
+    scheduler.handle(joined(2, 2, 1, vec![]));
+    let (mut units, mut now_ms, mut cut) = (0, 0, None);
+    let mut queue = VecDeque::new();
+    while cut.is_none() && now_ms < 300_000 {
+        scheduler.handle(Event::Submitted((units..units + 10).map(work).collect()));
+        units += 10;
+        for effect in scheduler.settle() {
+            match effect {
+                Effect::Lease(PeerId(2), leased) => queue.extend(leased.iter().map(|(work, _)| work.key)),
+                Effect::Disconnect(PeerId(1), why) => cut = Some(why),
+                _ => {}
+            }
+        }
+        now_ms += 1_000;
+        scheduler.handle(Event::Heard(PeerId(1)));
+        scheduler.handle(Event::Tick(now_ms));
+        // A second for a unit, ten of which are queued or more.
+        if let Some(key) = queue.pop_front() {
+            scheduler.handle(answered(PeerId(2), key));
+        }
+    }
+    assert_eq!(cut, Some(Cut::Hanging));
+    assert!((30_000..60_000).contains(&now_ms), "{now_ms}");
+}
+
+#[test]
 fn a_worker_that_hangs_is_given_nothing_more() {
     let mut scheduler = Scheduler::default();
     scheduler.handle(joined(1, 1, 1, vec![]));
