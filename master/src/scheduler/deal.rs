@@ -86,7 +86,7 @@ impl Scheduler {
         late.sort_unstable();
         for (_, key, suspect) in late {
             let able = |peer: &PeerId| match (self.open.get(&key), self.peers.get(peer)) {
-                (Some(unit), Some(peer)) => unit.is_new_to(peer),
+                (Some(unit), Some(peer)) => unit.is_new_to(peer) && !(suspect && peer.under_suspicion()),
                 _ => false,
             };
             let Some(place) = takers.iter().rposition(able) else { continue };
