@@ -87,6 +87,21 @@ fn a_slow_machine_does_not_hang() {
     assert!(!cut && scheduler.open_units() == 0);
 }
 
+/// Worker 2 answers at once whatever it is given; why worker 1 was cut off, if it was.
+fn answer_all(scheduler: &mut Scheduler) -> Option<Cut> {
+    let mut cut = None;
+    for effect in scheduler.settle() {
+        match effect {
+            Effect::Lease(PeerId(2), leased) => {
+                leased.iter().for_each(|(work, _)| scheduler.handle(answered(PeerId(2), work.key)));
+            }
+            Effect::Disconnect(PeerId(1), why) => cut = Some(why),
+            _ => {}
+        }
+    }
+    cut
+}
+
 #[test]
 fn a_worker_that_hangs_is_found_out_while_there_is_more_to_do() {
     let mut scheduler = Scheduler::default();
@@ -96,15 +111,7 @@ fn a_worker_that_hangs_is_found_out_while_there_is_more_to_do() {
     while cut.is_none() && now_ms < 120_000 {
         scheduler.handle(Event::Submitted((units..units + 200).map(work).collect()));
         units += 200;
-        for effect in scheduler.settle() {
-            match effect {
-                Effect::Lease(PeerId(2), leased) => {
-                    leased.iter().for_each(|(work, _)| scheduler.handle(answered(PeerId(2), work.key)));
-                }
-                Effect::Disconnect(PeerId(1), why) => cut = Some(why),
-                _ => {}
-            }
-        }
+        cut = answer_all(&mut scheduler);
         now_ms += 500;
         scheduler.handle(Event::Heard(PeerId(1)));
         scheduler.handle(Event::Heard(PeerId(2)));
@@ -153,15 +160,7 @@ fn a_worker_that_hangs_is_given_nothing_more() {
         scheduler.handle(Event::Submitted((units..units + 20).map(work).collect()));
         units += 20;
         while scheduler.open_units() > 0 {
-            for effect in scheduler.settle() {
-                match effect {
-                    Effect::Lease(PeerId(2), leased) => {
-                        leased.iter().for_each(|(work, _)| scheduler.handle(answered(PeerId(2), work.key)));
-                    }
-                    Effect::Disconnect(PeerId(1), why) => cut = Some(why),
-                    _ => {}
-                }
-            }
+            cut = cut.or(answer_all(&mut scheduler));
             now_ms += 500;
             scheduler.handle(Event::Heard(PeerId(1)));
             scheduler.handle(Event::Heard(PeerId(2)));
