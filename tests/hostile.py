@@ -1,20 +1,23 @@
-"""Everything that a master's peers should not do, all at once: `hostile.py HOST:PORT FINGERPRINT`.
+"""Everything that a master's peers should not do, all at once: `hostile.py HOST:PORT FINGERPRINT [KIND]`.
 
-Says `ready` once all are at it, and how each ended: what is cut off has got what it deserves. Needs grpcio.
+Each kind has a process of its own, so that none keeps the others from being what they are. Says `ready` once all are at
+it, and ends with its standard input. Needs grpcio.
 """
 
+import contextlib
 import itertools
 import os
 import random
 import socket
 import struct
+import subprocess
 import sys
 import threading
 import time
 
 import grpc
 
-ADDRESS, FINGERPRINT = sys.argv[1:]
+ADDRESS, FINGERPRINT, *KIND = sys.argv[1:]
 HOST, PORT = ADDRESS.rsplit(":", 1)
 METHOD = "/selftalk.v1.Evaluation/Work"
 PROTOCOL = 1
@@ -45,10 +48,11 @@ def hello(name):
 HEARTBEAT = text(2, b"")
 
 
+@contextlib.contextmanager
 def call(messages):
     """A stream to the master, of bytes as they are."""
-    channel = grpc.insecure_channel(ADDRESS)
-    return channel.stream_stream(METHOD, request_serializer=bytes, response_deserializer=bytes)(messages)
+    with grpc.insecure_channel(ADDRESS) as channel:
+        yield channel.stream_stream(METHOD, request_serializer=bytes, response_deserializer=bytes)(messages)
 
 
 def silent():
@@ -62,12 +66,9 @@ def silent():
 def garbage():
     """Bytes that are no HTTP."""
     for attempt in itertools.count():
-        with socket.create_connection((HOST, int(PORT))) as one:
-            try:
-                one.sendall(random.randbytes(100_000))
-                while one.recv(4096):
-                    pass
-            except OSError:
+        with contextlib.suppress(OSError), socket.create_connection((HOST, int(PORT))) as one:
+            one.sendall(random.randbytes(100_000))
+            while one.recv(4096):
                 pass
         if attempt == 20:
             yield
@@ -76,35 +77,32 @@ def garbage():
 def nonsense():
     """Messages that are none."""
     for attempt in itertools.count():
-        try:
-            for _ in call(iter([random.randbytes(50) for _ in range(10)])):
+        with contextlib.suppress(grpc.RpcError), call(iter([random.randbytes(50) for _ in range(10)])) as responses:
+            for _ in responses:
                 pass
-        except grpc.RpcError:
-            pass
         if attempt == 20:
             yield
 
 
 def huge():
     """A message that is too long."""
-    for attempt in range(5):
-        try:
-            for _ in call(iter([hello("huge") + text(15, bytes(5_000_000))])):
+    for _ in range(5):
+        with contextlib.suppress(grpc.RpcError), call(iter([hello("huge") + text(15, bytes(5_000_000))])) as responses:
+            for _ in responses:
                 pass
-        except grpc.RpcError:
-            pass
     yield
 
 
 def flood():
     """A worker that says that it is alive, and nothing else, as fast as it can."""
-    responses = call(itertools.chain([hello("flood")], itertools.repeat(HEARTBEAT)))
-    next(responses)
-    yield
-    for _ in responses:
-        pass
+    with call(itertools.chain([hello("flood")], itertools.repeat(HEARTBEAT))) as responses:
+        next(responses)
+        yield
+        for _ in responses:
+            pass
 
 
+@contextlib.contextmanager
 def alive(name):
     """The stream of a worker that says every half second that it is alive."""
 
@@ -114,46 +112,51 @@ def alive(name):
             time.sleep(0.5)
             yield HEARTBEAT
 
-    responses = call(beats())
-    next(responses)
-    return responses
+    with call(beats()) as responses:
+        next(responses)
+        yield responses
 
 
 def hang():
     """A worker that is alive and does nothing."""
-    responses = alive("hang")
-    yield
-    for _ in responses:
-        pass
+    with alive("hang") as responses:
+        yield
+        for _ in responses:
+            pass
 
 
 def stall():
     """The same, and does not even listen."""
-    responses = alive("stall")
-    yield
-    while responses.is_active():
-        time.sleep(0.5)
+    with alive("stall") as responses:
+        yield
+        while responses.is_active():
+            time.sleep(0.5)
 
 
-def play(kind, ready):
-    steps = kind()
+KINDS = {kind.__name__: kind for kind in [silent, garbage, nonsense, huge, flood, hang, stall]}
+
+
+def play(kind):
+    """Is at it until it is cut off."""
+    steps = KINDS[kind]()
     next(steps, None)
-    ready.release()
-    try:
+    print("ready", flush=True)
+    with contextlib.suppress(OSError, grpc.RpcError):
         for _ in steps:
             pass
-    except (OSError, grpc.RpcError):
-        pass
-    print(f"{kind.__name__}: cut off", flush=True)
 
 
-KINDS = [silent, garbage, nonsense, huge, flood, hang, stall]
-READY = threading.Semaphore(0)
-for each in KINDS:
-    threading.Thread(target=play, args=(each, READY), daemon=True).start()
-for _ in KINDS:
-    READY.acquire()
-print("ready", flush=True)
-# Until the test has seen enough.
+def start(kind):
+    return subprocess.Popen([sys.executable, __file__, ADDRESS, FINGERPRINT, kind], stdout=subprocess.PIPE)
+
+
+if KIND:
+    threading.Thread(target=play, args=KIND, daemon=True).start()
+else:
+    peers = [start(kind) for kind in KINDS]
+    if not all(peer.stdout.readline() == b"ready\n" for peer in peers):
+        sys.exit("a peer ended before it was at it")
+    print("ready", flush=True)
+# Until the test has seen enough, which closes it for all of them.
 sys.stdin.read()
 os._exit(0)

@@ -13,7 +13,7 @@ use selftalk_sim::physics::{self, Instructions};
 use selftalk_sim::robot::RobotModel;
 use selftalk_sim::{Case, Draw, Experiment, Genotype, Job, Simulator};
 
-use self::common::{Recording, champion, median, random, replay};
+use self::common::{Recording, champion, experiment, median, random, replay};
 
 /// Turns that each of those compared gets.
 const TURNS: usize = 9;
@@ -22,7 +22,7 @@ const DRAW: Draw = Draw { replication: 0, generation: 0 };
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
 fn main() -> Outcome<()> {
-    let simulator = Simulator::new(&Experiment::default())?;
+    let simulator = Simulator::new(&experiment())?;
     beside_bare_physics("champion", &simulator, &vec![champion()?; 10])?;
     beside_bare_physics("random", &simulator, &random(&simulator, 10))?;
     with_the_number_of_trials(&simulator)?;

@@ -96,7 +96,7 @@ mod tests {
         let robot = RobotModel::icub().unwrap();
         let settings = experiment::Controller::default();
         let sensors = sense(&robot, &settings, &observation(), &[-0.25, -0.1, 0.9], Some(Behaviour::Grasp));
-        assert!((sensors[0] + 0.5).abs() < 1e-12, "5 cm in front: {}", sensors[0]);
+        assert!((sensors[0] * settings.position_scale + 0.05).abs() < 1e-12, "5 cm in front: {}", sensors[0]);
         assert_eq!(sensors[2], settings.position_limit, "far above, clipped");
         for share in &sensors[3..15] {
             assert!((share - 0.25).abs() < 1e-12);

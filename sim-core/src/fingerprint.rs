@@ -12,7 +12,7 @@ use crate::situation::{self, Draw};
 use crate::stream::{Purpose, StreamKey};
 
 /// Identifies the simulator by what it does: the hash of the outcomes of random controllers in all trials of the
-/// default experiment, in short ones of MOVE-TO-TARGET with all that the second phase adds, and in the first steps of
+/// elementary behaviours, in short ones of MOVE-TO-TARGET with all that the second phase adds, and in the first steps of
 /// some trials in the rapier engine. Processes with equal fingerprints
 /// give equal bits for equal work, whatever machine or compiler they come from. Takes some tens of milliseconds.
 ///
@@ -20,7 +20,7 @@ use crate::stream::{Purpose, StreamKey};
 /// [`SimError`] when a shipped file is damaged.
 pub fn fingerprint() -> Result<String, SimError> {
     let mut hash = Sha256::new();
-    let experiment = Experiment::default();
+    let experiment = elementary();
     for index in 0..2 {
         add_outcomes(&mut hash, &experiment, index, 0..situation::trials(experiment.task))?;
     }
@@ -36,9 +36,17 @@ pub fn fingerprint() -> Result<String, SimError> {
     Ok(hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect())
 }
 
+/// The default experiment of the first release: what has another default since is no other simulator.
+fn elementary() -> Experiment {
+    let mut experiment = Experiment::default();
+    experiment.controller.position_scale = 0.1;
+    experiment.controller.position_limit = 2.5;
+    experiment
+}
+
 /// Short trials of the second phase's controllers that speak, with the caretaker in every other trial.
 fn integrated() -> Experiment {
-    let mut experiment = Experiment { task: Task::MoveToTarget, ..Experiment::default() };
+    let mut experiment = Experiment { task: Task::MoveToTarget, ..elementary() };
     experiment.controller.added = Added::Speech;
     experiment.caretaker.speaks = Speaks::Even;
     experiment.caretaker.anticipation_share = 0.5;
@@ -46,9 +54,9 @@ fn integrated() -> Experiment {
     experiment
 }
 
-/// The default experiment in another engine, with few and large steps.
+/// The elementary behaviours in another engine, with few and large steps.
 fn brief(engine: Engine) -> Experiment {
-    let mut experiment = Experiment { engine, ..Experiment::default() };
+    let mut experiment = Experiment { engine, ..elementary() };
     experiment.physics.substeps = 4;
     experiment.grasp.steps = 3;
     experiment.transport.steps = 3;

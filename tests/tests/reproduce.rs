@@ -60,6 +60,7 @@ fn a_study_is_the_same_however_often_it_was_killed() {
     assert!(page.contains("| LST | 2 |") && page.contains("Own labels and the caretaker's"), "{page}");
     assert_eq!(expected["study/report/pairwise.csv"].lines().count(), 1 + 2 * 6);
     assert_eq!(expected["study/elementary-0.5/summary.csv"].lines().count(), 1 + 2);
+    assert!(expected["study/report/linked-lst.toml"].contains("anticipation_share = 0.2"));
     let further = &expected["study/elementary-further/experiment.toml"];
     for line in expected["study/elementary-0.5/best.csv"].lines().skip(1) {
         let genes = line.rsplit(',').next().unwrap();

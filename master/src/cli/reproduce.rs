@@ -16,8 +16,8 @@ use super::{Global, results, select};
 use crate::exit::{Exit, Failure};
 use crate::store::{SqliteStore, Store, StoredExperiment, Test};
 
-/// The conditions of the second phase.
-const CONDITIONS: [&str; 4] = ["integrated-c", "integrated-le", "integrated-st", "integrated-lst"];
+/// The conditions of the second phase, as the presets' names end.
+const CONDITIONS: [&str; 4] = ["c", "le", "st", "lst"];
 /// Fresh trials by which the champions of the first phase are reported on.
 const FRESH_TRIALS: u32 = 400;
 /// The study's database, in its folder.
@@ -57,9 +57,7 @@ struct Study {
 impl Study {
     async fn run(&self) -> Result<(), Failure> {
         let mut first = self.first()?;
-        let overrides = self.overrides(&self.args.set_second);
-        let mut second =
-            CONDITIONS.iter().map(|name| read(name, &overrides)).collect::<Result<Vec<_>, _>>()?;
+        let mut second = self.second()?;
         let mut overall = self.overall(first.iter().chain(&second)).await?;
 
         let mut before: Option<&str> = None;
@@ -104,6 +102,13 @@ impl Study {
             experiments.push(experiment);
         }
         Ok(experiments)
+    }
+
+    /// The conditions of the second phase.
+    fn second(&self) -> Result<Vec<Experiment>, Failure> {
+        let overrides = self.overrides(&self.args.set_second);
+        let names = CONDITIONS.map(|condition| format!("{}-{condition}", self.args.second));
+        names.iter().map(|name| read(name, &overrides)).collect()
     }
 
     fn overrides(&self, of_phase: &[String]) -> Vec<String> {
@@ -288,8 +293,10 @@ mod command {
 
     #[test]
     fn the_conditions_are_presets_of_the_second_phase() {
-        for name in CONDITIONS {
-            assert_eq!(read(name, &[]).unwrap().task, Task::MoveToTarget);
+        for second in ["linked", "integrated"] {
+            for condition in CONDITIONS {
+                assert_eq!(read(&format!("{second}-{condition}"), &[]).unwrap().task, Task::MoveToTarget);
+            }
         }
     }
 }

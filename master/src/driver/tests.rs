@@ -150,7 +150,9 @@ async fn the_history_does_not_depend_on_the_number_of_workers() {
     let workers = [1, 2, 1].map(|slots| site.worker(slots));
     assert_eq!(site.end().await, RunEnd::Finished);
     for worker in workers {
-        assert_eq!(worker.end().await, End::Finished);
+        // On a busy machine one may come when all is done and the master gone.
+        let end = timeout(FOREVER, worker.run).await.expect("no end").unwrap();
+        assert!(matches!(end, Ok(End::Finished) | Err(WorkerError::Unreachable { .. })), "{end:?}");
     }
     assert!(history(folder.path()).await == alone);
 }

@@ -3,7 +3,7 @@
 mod recording;
 mod replay;
 
-pub(crate) use recording::{Recording, champion, random};
+pub(crate) use recording::{Recording, champion, experiment, random};
 pub(crate) use replay::replay;
 
 /// The middle one of an odd number of values; the upper of the two in the middle of an even number.

@@ -24,6 +24,14 @@ pub(crate) struct Recording {
     pub(crate) full: usize,
 }
 
+/// What the champion evolved in: the default experiment, with positions felt as its were.
+pub(crate) fn experiment() -> Experiment {
+    let mut experiment = Experiment::default();
+    experiment.controller.position_scale = 0.1;
+    experiment.controller.position_limit = 2.5;
+    experiment
+}
+
 /// The champion.
 ///
 /// # Errors
@@ -62,7 +70,7 @@ impl Recording {
                     object: trace.start.object,
                     orientation: trace.start.orientation,
                     commands: std::iter::repeat_n(settling, SETTLING as usize).chain(given).collect(),
-                    full: (SETTLING + behaviour.steps(&Experiment::default())) as usize,
+                    full: (SETTLING + behaviour.steps(&experiment())) as usize,
                 })
             })
             .collect()

@@ -12,9 +12,9 @@ use std::error::Error;
 use std::time::Duration;
 
 use selftalk_sim::experiment::Engine;
-use selftalk_sim::{Draw, Experiment, Simulator};
+use selftalk_sim::{Draw, Simulator};
 
-use self::common::{Recording, champion, median, random};
+use self::common::{Recording, champion, experiment, median, random};
 use self::mujoco::MuJoCo;
 use self::ours::Ours;
 
@@ -63,7 +63,7 @@ struct Turns {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let simulator = Simulator::new(&Experiment::default())?;
+    let simulator = Simulator::new(&experiment())?;
     let (mut champions, mut randoms) = (Vec::new(), Vec::new());
     for (generation, genotype) in (0..).zip(random(&simulator, EVALUATIONS as usize)) {
         let draw = Draw { replication: 0, generation };

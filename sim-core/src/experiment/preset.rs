@@ -23,6 +23,10 @@ pub const PRESETS: &[Preset] = &[
     Preset { name: "integrated-le", toml: include_str!("../../presets/integrated-le.toml") },
     Preset { name: "integrated-st", toml: include_str!("../../presets/integrated-st.toml") },
     Preset { name: "integrated-lst", toml: include_str!("../../presets/integrated-lst.toml") },
+    Preset { name: "linked-c", toml: include_str!("../../presets/linked-c.toml") },
+    Preset { name: "linked-le", toml: include_str!("../../presets/linked-le.toml") },
+    Preset { name: "linked-st", toml: include_str!("../../presets/linked-st.toml") },
+    Preset { name: "linked-lst", toml: include_str!("../../presets/linked-lst.toml") },
 ];
 
 impl Preset {
@@ -60,9 +64,23 @@ mod tests {
         for mut later in [further, refined] {
             assert!(later.ancestors.evolve);
             later.ancestors.evolve = false;
-            (later.name, later.generations) = (linked.name.clone(), linked.generations);
+            later.name.clone_from(&linked.name);
             later.evolution.mutation = linked.evolution.mutation;
             assert_eq!(later, linked);
+        }
+    }
+
+    #[test]
+    fn the_linked_conditions_are_the_paper_s_with_other_settings() {
+        for condition in ["c", "le", "st", "lst"] {
+            let [paper, mut linked] = ["integrated", "linked"].map(|second| {
+                Preset::find(&format!("{second}-{condition}")).unwrap().experiment(&[]).unwrap()
+            });
+            assert_eq!((linked.evolution.mutation, linked.move_to_target.steps), (0.04, 200));
+            (linked.name, linked.evolution) = (paper.name.clone(), paper.evolution.clone());
+            (linked.physics, linked.move_to_target) = (paper.physics.clone(), paper.move_to_target.clone());
+            linked.caretaker.anticipation_share = paper.caretaker.anticipation_share;
+            assert_eq!(linked, paper);
         }
     }
 

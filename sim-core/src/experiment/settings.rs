@@ -98,8 +98,8 @@ impl Default for Controller {
         Self {
             weight_range: 1.0,
             slope: 3.0,
-            position_scale: 0.1,
-            position_limit: 2.5,
+            position_scale: 0.025,
+            position_limit: 10.0,
             recurrent: false,
             added: Added::None,
         }

@@ -175,7 +175,8 @@ Examples:
 An experiment that is finished is not run again; one that was interrupted is continued by `selftalk resume`.
 `selftalk --help` lists the exit codes.")]
 pub struct RunArgs {
-    /// A preset (quickstart, elementary, elementary-0.5, -linked, integrated-c, -le, -st, -lst) or an experiment file
+    /// A preset (quickstart, elementary, elementary-0.5, -linked, -further, -refined, integrated-c, -le, -st, -lst,
+    /// linked-c and so on) or an experiment file
     #[arg(value_name = "PRESET|FILE.toml")]
     pub experiment: String,
     /// Threads that run trials [default: one for every core]

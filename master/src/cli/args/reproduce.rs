@@ -13,10 +13,11 @@ The first training phase, the second one in its four conditions, post-evaluation
 is kept in one folder: the history in `study.db`, the results of the first phase in a folder of its name, and the report's
 figures, tables and page in `report`. It can be interrupted or killed at any time; the same command goes on.
 
+By default with the settings that have done best so far; the paper's own are those of `elementary` and `integrated`.
+
 Examples:
   selftalk reproduce                            in the folder `study`
-  selftalk reproduce --dir literal --first elementary
-  selftalk reproduce --dir linked --first elementary-linked --first elementary-further --first elementary-refined
+  selftalk reproduce --dir literal --first elementary --second integrated
   selftalk reproduce --dir small --set replications=3 --set-first generations=200 --set-second generations=20
 
 `selftalk --help` lists the exit codes.")]
@@ -26,8 +27,15 @@ pub struct ReproduceArgs {
     pub dir: PathBuf,
     /// The first phase: a preset or an experiment file; several are run one after the other, each from the champions of the
     /// one before, and have ancestors.evolve=true but for the first
-    #[arg(long, value_name = "PRESET|FILE.toml", default_value = "elementary-0.5")]
+    #[arg(
+        long,
+        value_name = "PRESET|FILE.toml",
+        default_values = ["elementary-linked", "elementary-further", "elementary-refined"]
+    )]
     pub first: Vec<String>,
+    /// The second phase: which presets the four conditions are, `linked-c` and so on or `integrated-c` and so on
+    #[arg(long, value_name = "PRESETS", default_value = "linked", value_parser = ["linked", "integrated"])]
+    pub second: String,
     /// Change a setting of all experiments, as key=value with a dotted key; can be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
