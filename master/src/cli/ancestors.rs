@@ -168,12 +168,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/results/elementary");
         let kept = kept.to_str().unwrap();
-        let theirs = ["controller.position_scale=0.1", "controller.position_limit=2.5"];
-        let mut experiment = integrated(&theirs);
+        let mut experiment = integrated(&[]);
         adopt(&mut experiment, Some(kept), &global(folder.path())).await.unwrap();
         assert_eq!(experiment.ancestors.genotypes.len(), 10);
         assert!(selftalk_sim::Simulator::new(&experiment).is_ok());
-        let mut other = integrated(&[&theirs[..], &["controller.slope=1.5"]].concat());
+        let mut other = integrated(&["controller.slope=1.5"]);
         let failure = adopt(&mut other, Some(kept), &global(folder.path())).await.unwrap_err();
         assert_eq!(failure.exit, Exit::Experiment);
         assert!(failure.message.contains("controller.slope is 1.5 here and 3"), "{failure}");

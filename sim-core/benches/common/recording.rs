@@ -9,8 +9,8 @@ use selftalk_sim::robot::{JOINTS, RobotModel};
 use selftalk_sim::{Case, Draw, Experiment, Genotype, SETTLING, Simulator, body};
 use serde::Serialize;
 
-/// The genes of a controller that evolution found, hexadecimal: the champion of replication 0 in
-/// `docs/results/elementary/best.csv`, which succeeded in 13 of its 16 trials.
+/// The genes of a controller that evolution found, hexadecimal: the champion of replication 0 in an
+/// early run of the preset `elementary`, which succeeded in 13 of its 16 trials.
 const CHAMPION: &str = include_str!("champion.txt");
 
 /// A trial's start, and the servos' targets in each control step until it ended.
