@@ -12,9 +12,9 @@ use crate::situation::{self, Draw};
 use crate::stream::{Purpose, StreamKey};
 
 /// Identifies the simulator by what it does: the hash of the outcomes of random controllers in all trials of the
-/// elementary behaviours, in short ones of MOVE-TO-TARGET with all that the second phase adds, and in the first steps of
-/// some trials in the rapier engine. Processes with equal fingerprints
-/// give equal bits for equal work, whatever machine or compiler they come from. Takes some tens of milliseconds.
+/// elementary behaviours, in short ones of MOVE-TO-TARGET with all that the second phase adds, and in the first steps
+/// of some trials in the rapier engine. Processes with equal fingerprints give equal bits for equal work, whatever
+/// machine or compiler they come from. Takes some tens of milliseconds.
 ///
 /// # Errors
 /// [`SimError`] when a shipped file is damaged.
@@ -36,7 +36,7 @@ pub fn fingerprint() -> Result<String, SimError> {
     Ok(hash.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect())
 }
 
-/// The default experiment of the first release: what has another default since is no other simulator.
+/// The default experiment, with the defaults of old: another default makes no other simulator.
 fn elementary() -> Experiment {
     let mut experiment = Experiment::default();
     experiment.controller.position_scale = 0.1;

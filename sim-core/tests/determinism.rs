@@ -120,7 +120,7 @@ fn all_instruction_sets_give_the_golden_digests() {
 }
 
 /// The digest of outcomes with lead-ins and grips that have to hold, which the fingerprint does not cover: when it
-/// changes, the fingerprint has to change as well.
+/// changes, but for another setting of the preset, the fingerprint has to change as well.
 const GOLDEN_LINKED: &str = "83bba3e878858237";
 
 fn linked() -> Experiment {

@@ -290,10 +290,11 @@ fn tests(experiment: &Experiment) -> f64 {
 #[cfg(test)]
 mod command {
     use super::*;
+    use crate::cli::args::SECOND;
 
     #[test]
     fn the_conditions_are_presets_of_the_second_phase() {
-        for second in ["linked", "integrated"] {
+        for second in SECOND {
             for condition in CONDITIONS {
                 assert_eq!(read(&format!("{second}-{condition}"), &[]).unwrap().task, Task::MoveToTarget);
             }

@@ -77,8 +77,10 @@ mod tests {
                 Preset::find(&format!("{second}-{condition}")).unwrap().experiment(&[]).unwrap()
             });
             assert_eq!((linked.evolution.mutation, linked.move_to_target.steps), (0.04, 200));
-            (linked.name, linked.evolution) = (paper.name.clone(), paper.evolution.clone());
-            (linked.physics, linked.move_to_target) = (paper.physics.clone(), paper.move_to_target.clone());
+            linked.name.clone_from(&paper.name);
+            linked.evolution.mutation = paper.evolution.mutation;
+            linked.physics.substeps = paper.physics.substeps;
+            linked.move_to_target.steps = paper.move_to_target.steps;
             linked.caretaker.anticipation_share = paper.caretaker.anticipation_share;
             assert_eq!(linked, paper);
         }

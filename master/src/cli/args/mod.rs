@@ -29,7 +29,7 @@ pub use individuals::{
 pub use keys::{KeysArgs, KeysCommand, KeysInitArgs};
 pub use operate::{OperateArgs, OperateAt, OperateCommand};
 pub use replay::ReplayArgs;
-pub use reproduce::ReproduceArgs;
+pub use reproduce::{ReproduceArgs, SECOND};
 pub use shell::{Color, CompletionsArgs, LogFormat, ManArgs};
 
 const AFTER_HELP: &str = "\

@@ -6,6 +6,9 @@ use clap::Args;
 
 use super::Shown;
 
+/// How the names of the presets of a second phase begin.
+pub const SECOND: [&str; 2] = ["linked", "integrated"];
+
 /// Arguments of `selftalk reproduce`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -13,7 +16,7 @@ The first training phase, the second one in its four conditions, post-evaluation
 is kept in one folder: the history in `study.db`, the results of the first phase in a folder of its name, and the report's
 figures, tables and page in `report`. It can be interrupted or killed at any time; the same command goes on.
 
-By default with the settings that have done best so far; the paper's own are those of `elementary` and `integrated`.
+The settings of the defaults are ours; the paper's own are those of `elementary` and `integrated`.
 
 Examples:
   selftalk reproduce                            in the folder `study`
@@ -34,7 +37,7 @@ pub struct ReproduceArgs {
     )]
     pub first: Vec<String>,
     /// The second phase: which presets the four conditions are, `linked-c` and so on or `integrated-c` and so on
-    #[arg(long, value_name = "PRESETS", default_value = "linked", value_parser = ["linked", "integrated"])]
+    #[arg(long, value_name = "PRESETS", default_value = "linked", value_parser = SECOND)]
     pub second: String,
     /// Change a setting of all experiments, as key=value with a dotted key; can be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
