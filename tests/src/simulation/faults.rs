@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use turmoil::Sim;
 
 use super::hosts::{MASTER, worker};
+use super::lines::Lines;
 
 /// Simulated time in which things go wrong; an undisturbed run takes about as long.
 const BUSY: Duration = Duration::from_secs(8);
@@ -96,15 +97,15 @@ impl Plan {
 }
 
 impl Fault {
-    pub(super) fn happen(&self, network: &mut Sim<'_>) {
+    pub(super) fn happen(&self, network: &mut Sim<'_>, lines: &Lines) {
         match &self.what {
             What::Cut(name) => network.partition(MASTER, name.as_str()),
             What::CutOneWay(from, to) => network.partition_oneway(from.as_str(), to.as_str()),
             What::Hold(name) => network.hold(MASTER, name.as_str()),
             What::Release(name) => network.release(MASTER, name.as_str()),
             What::Repair(name) => network.repair(MASTER, name.as_str()),
-            What::Crash(name) => network.crash(name.as_str()),
-            What::Restart(name) => network.bounce(name.as_str()),
+            What::Crash(name) => lines.crash(|| network.crash(name.as_str())),
+            What::Restart(name) => lines.crash(|| network.bounce(name.as_str())),
         }
     }
 }

@@ -6,7 +6,6 @@ use std::net::Ipv4Addr;
 use std::pin::Pin;
 use std::rc::Rc;
 use std::sync::Arc;
-use std::task::{Context, Poll};
 use std::time::Duration;
 
 use hyper_util::rt::TokioIo;
@@ -16,15 +15,14 @@ use selftalk::service::Settings;
 use selftalk::store::Store;
 use selftalk_sim::Experiment;
 use selftalk_worker::{Config, Dial};
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
-use tonic::transport::server::Connected;
 use tonic::transport::{Channel, Endpoint, Uri};
 use turmoil::Sim;
 use turmoil::net::{TcpListener, TcpStream};
 
+use super::lines::{Line, Lines};
 use super::shelf::Shelf;
 
 /// The master's name in the network.
@@ -39,10 +37,10 @@ pub(super) fn worker(number: u32) -> String {
 }
 
 /// Adds the master, which runs the experiment from wherever it stands on the shelf.
-pub(super) fn add_master(network: &mut Sim<'_>, shelf: &Shelf, experiment: &Experiment) {
-    let (shelf, experiment) = (shelf.clone(), experiment.clone());
+pub(super) fn add_master(network: &mut Sim<'_>, lines: &Lines, shelf: &Shelf, experiment: &Experiment) {
+    let (lines, shelf, experiment) = (lines.clone(), shelf.clone(), experiment.clone());
     network.host(MASTER, move || {
-        let (shelf, experiment) = (shelf.clone(), experiment.clone());
+        let (lines, shelf, experiment) = (lines.clone(), shelf.clone(), experiment.clone());
         async move {
             let stored = match shelf.experiment(&experiment.name).await? {
                 Some(stored) => stored,
@@ -51,7 +49,7 @@ pub(super) fn add_master(network: &mut Sim<'_>, shelf: &Shelf, experiment: &Expe
             let settings = Settings::new(FINGERPRINT);
             let master = Master::prepare(Arc::new(shelf.clone()), &[stored], settings).await?;
             let listener = TcpListener::bind((Ipv4Addr::UNSPECIFIED, PORT)).await?;
-            let end = master.run(connections(listener), CancellationToken::new()).await?;
+            let end = master.run(connections(listener, lines), CancellationToken::new()).await?;
             assert_eq!(end, RunEnd::Finished);
             shelf.finish();
             Ok(())
@@ -90,52 +88,15 @@ fn dial() -> Dial {
     })
 }
 
-fn connections(listener: TcpListener) -> ReceiverStream<io::Result<Line>> {
+fn connections(listener: TcpListener, lines: Lines) -> ReceiverStream<io::Result<Line>> {
     let (sender, receiver) = mpsc::channel(16);
     tokio::task::spawn_local(async move {
         loop {
-            let accepted = listener.accept().await.map(|(stream, _)| Line(stream));
+            let accepted = listener.accept().await.map(|(stream, _)| lines.open(stream));
             if sender.send(accepted).await.is_err() {
                 return;
             }
         }
     });
     ReceiverStream::new(receiver)
-}
-
-/// A connection as the service takes it.
-struct Line(TcpStream);
-
-impl Connected for Line {
-    type ConnectInfo = ();
-
-    fn connect_info(&self) {}
-}
-
-impl AsyncRead for Line {
-    fn poll_read(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-        into: &mut ReadBuf<'_>,
-    ) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.0).poll_read(context, into)
-    }
-}
-
-impl AsyncWrite for Line {
-    fn poll_write(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-        bytes: &[u8],
-    ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.0).poll_write(context, bytes)
-    }
-
-    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.0).poll_flush(context)
-    }
-
-    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.0).poll_shutdown(context)
-    }
 }

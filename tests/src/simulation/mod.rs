@@ -7,6 +7,7 @@
 
 mod faults;
 mod hosts;
+mod lines;
 mod shelf;
 
 use std::sync::Arc;
@@ -19,6 +20,7 @@ use selftalk_sim::Experiment;
 
 use faults::{Plan, What};
 use hosts::MASTER;
+use lines::Lines;
 use shelf::Shelf;
 
 /// Simulated time is dealt out in pieces of this length.
@@ -40,9 +42,10 @@ evolution = { population = 24, parents = 6, offspring = 4, mutation = 0.001 }
 pub struct Course {
     /// Digests of the replications' histories.
     pub digests: Vec<String>,
-    /// What happened, and when in simulated time: faults and commits.
+    /// What happened until the last commit, and when in simulated time: faults and commits. In which order the master
+    /// takes leave of its workers afterwards is left to chance, in a crate that it is built on.
     pub events: Vec<String>,
-    /// How often something was done to a host or a line.
+    /// How often something was done to a host or a line until then.
     pub faults: usize,
     /// Simulated time from each restart of a crashed master to the next commit.
     pub recoveries: Vec<Duration>,
@@ -83,17 +86,22 @@ fn play(seed: u64, plan: &Plan) -> Result<Course, String> {
     let shelf = Shelf::new(Arc::new(MemoryStore::new()));
     let experiment =
         Experiment::from_toml("simulated.toml", EXPERIMENT, &[]).map_err(|error| error.to_string())?;
-    hosts::add_master(&mut network, &shelf, &experiment);
+    let lines = Lines::default();
+    hosts::add_master(&mut network, &lines, &shelf, &experiment);
     for worker in 0..plan.workers {
         hosts::add_worker(&mut network, worker, Duration::from_millis(dice.random_range(10..120)));
     }
 
     let mut faults = plan.faults.iter().peekable();
-    let (mut restarted, mut recoveries) = (None, Vec::new());
+    let all = (experiment.replications * experiment.generations) as usize;
+    let (mut happened, mut restarted, mut recoveries) = (0, None, Vec::new());
     while !shelf.is_finished() {
         while let Some(fault) = faults.next_if(|fault| fault.at <= network.elapsed()) {
-            fault.happen(&mut network);
-            shelf.note(&format!("{:?}", fault.what), network.elapsed());
+            fault.happen(&mut network, &lines);
+            if shelf.commits() < all {
+                shelf.note(&format!("{:?}", fault.what), network.elapsed());
+                happened += 1;
+            }
             if matches!(&fault.what, What::Restart(host) if host == MASTER) {
                 restarted = Some((network.elapsed(), shelf.commits()));
             }
@@ -110,7 +118,6 @@ fn play(seed: u64, plan: &Plan) -> Result<Course, String> {
             return Err(format!("{MASTER} has not finished after {LIMIT:?}; at last: {last:#?}"));
         }
     }
-    let happened = plan.faults.len() - faults.count();
     Ok(Course { digests: digests(shelf.store()), events: shelf.events(), faults: happened, recoveries })
 }
 
