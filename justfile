@@ -27,7 +27,7 @@ guide:
 # Golden digests of the simulator and of a whole run, release build
 golden:
     cargo test --release --workspace --test determinism
-    cargo test --release --workspace --test system -- oracle:: digest::
+    SELFTALK_PROFILE=release cargo test --workspace --test system -- digest::
 
 # A short run: the release build with one worker against the debug build with two, as the tests have built them
 short-run:

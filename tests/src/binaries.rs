@@ -6,6 +6,8 @@
 //! `cargo test --workspace`, and after `cargo test --test system` it brings programs up to date that would be
 //! missing or old. The packages are those of the whole workspace so that nothing is compiled twice with different
 //! features.
+//!
+//! `SELFTALK_PROFILE=release` has the tests, however they were built, look into the programs of that profile.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -46,17 +48,17 @@ fn command(name: &str) -> Command {
     command
 }
 
-/// The folder with the programs of the profile that this test was built with.
+/// The folder with the programs of the profile that is asked for, or that this test was built with.
 fn folder() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
-        // Tests lie in <target>/<profile>/deps.
+        // Tests lie in <target>/<profile>/deps, and the folder of the profile `dev` is `debug`.
         let test = std::env::current_exe().unwrap();
-        let folder = test.parent().and_then(Path::parent).expect("a test lies in its profile's folder");
-        let profile = match folder.file_name().and_then(|name| name.to_str()) {
-            Some("debug") | None => "dev",
-            Some(name) => name,
-        };
+        let own = test.parent().and_then(Path::parent).expect("a test lies in its profile's folder");
+        let asked = std::env::var("SELFTALK_PROFILE").ok();
+        let name = asked.as_deref().or_else(|| own.file_name()?.to_str()).unwrap_or("debug");
+        let (profile, name) = if matches!(name, "dev" | "debug") { ("dev", "debug") } else { (name, name) };
+        let folder = own.with_file_name(name);
         let built = cargo()
             .args(["test", "--quiet", "--no-run", "--workspace", "--test", "command_line"])
             .args([
@@ -70,6 +72,6 @@ fn folder() -> &'static Path {
             .output()
             .unwrap();
         assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-        folder.to_owned()
+        folder
     })
 }

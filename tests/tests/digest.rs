@@ -1,6 +1,6 @@
 //! The history of an experiment is the same however the run went.
 //!
-//! That it is also the same in debug and in release builds follows from running these tests in both, as CI does: they
+//! That it is also the same in debug and in release builds follows from running these tests with both, as CI does: they
 //! all compare with one constant.
 
 use selftalk_tests::{GOLDEN, Place, Running, free_port, wait_until};
