@@ -73,9 +73,11 @@ fn the_history_is_the_same_for_a_night_of_seeds() {
 
 #[test]
 fn a_seed_plays_out_in_the_same_way_every_time() {
-    for seed in 0..10 {
+    // The master crashes in these while several lines are open, or faults go on after the last commit. One play leaves the
+    // process with other task numbers than the one before, which once changed the next.
+    for seed in [4, 6, 77, 80, 83, 91] {
         let once = disturbed(seed);
-        for _ in 0..2 {
+        for _ in 0..3 {
             assert_eq!(once, disturbed(seed), "seed {seed}");
         }
         let commits =
