@@ -26,7 +26,7 @@ pub use from_worker::{Answer, FromWorker, Hello, UnitResult};
 pub use keys::{ClientKeys, KeysError, MasterKeys};
 pub use release::release;
 pub use token::{Token, TokenError};
-pub use unit::{Unit, UnitKey};
+pub use unit::{Unit, UnitKey, UnitKeys};
 
 /// The .proto files, compiled: what a client without them needs to call a master.
 pub const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/descriptors.bin"));

@@ -14,22 +14,37 @@ use crate::{WireError, v1};
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct UnitKey([u8; 16]);
 
-impl UnitKey {
-    /// The key of the work that these values describe; `experiment` is the complete experiment file.
+/// The keys of units that differ in their genotype alone.
+#[derive(Debug, Clone)]
+pub struct UnitKeys {
+    /// Has taken in all the rest.
+    hash: Sha256,
+}
+
+impl UnitKeys {
+    /// Those of these trials in this draw; `experiment` is the complete experiment file.
     #[must_use]
-    pub fn of(experiment: &str, draw: Draw, genotype: &Genotype, trials: &Range<u32>) -> Self {
+    pub fn new(experiment: &str, draw: Draw, trials: &Range<u32>) -> Self {
         let mut hash = Sha256::new();
         hash.update((experiment.len() as u64).to_le_bytes());
         hash.update(experiment);
         for number in [draw.replication, draw.generation, trials.start, trials.end] {
             hash.update(number.to_le_bytes());
         }
-        hash.update(genotype.to_bytes());
-        let mut key = [0; 16];
-        key.copy_from_slice(&hash.finalize()[..16]);
-        Self(key)
+        Self { hash }
     }
 
+    /// The key of a genotype's unit.
+    #[must_use]
+    pub fn of(&self, genotype: &Genotype) -> UnitKey {
+        let hash = self.hash.clone().chain_update(genotype.to_bytes());
+        let mut key = [0; 16];
+        key.copy_from_slice(&hash.finalize()[..16]);
+        UnitKey(key)
+    }
+}
+
+impl UnitKey {
     /// A key of the given bytes.
     #[must_use]
     pub const fn from_bytes(bytes: [u8; 16]) -> Self {
@@ -119,7 +134,7 @@ mod tests {
     use super::*;
 
     fn key(experiment: &str, replication: u32, generation: u32, gene: u16, trials: Range<u32>) -> UnitKey {
-        UnitKey::of(experiment, Draw { replication, generation }, &Genotype::new([gene]), &trials)
+        UnitKeys::new(experiment, Draw { replication, generation }, &trials).of(&Genotype::new([gene]))
     }
 
     #[test]

@@ -58,7 +58,11 @@ impl Genotype {
     /// The genes, little-endian, two bytes each.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        self.0.iter().flat_map(|gene| gene.to_le_bytes()).collect()
+        let mut bytes = vec![0; 2 * self.0.len()];
+        for (pair, gene) in bytes.as_chunks_mut::<2>().0.iter_mut().zip(&self.0) {
+            *pair = gene.to_le_bytes();
+        }
+        bytes
     }
 
     /// Reads genes of four hexadecimal digits each.

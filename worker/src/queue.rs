@@ -81,17 +81,24 @@ impl Queue {
         Study(state.lines.len() - 1)
     }
 
-    /// Puts a unit at the end of its experiment's line, unless it is in the worker's hands already.
-    pub(crate) fn push(&self, study: Study, task: Arc<Task>) {
+    /// Puts units at the ends of their experiments' lines, but for those that are in the worker's hands already.
+    pub(crate) fn push(&self, tasks: impl IntoIterator<Item = (Study, Arc<Task>)>) {
         let mut state = lock(&self.state);
-        if state.live.contains_key(&task.key) {
-            return;
+        for (study, task) in tasks {
+            if state.live.contains_key(&task.key) {
+                continue;
+            }
+            state.live.insert(task.key, Arc::clone(&task));
+            let first = task.trials.start;
+            state.lines[study.0].waiting.push_back((task, first));
         }
-        state.live.insert(task.key, Arc::clone(&task));
-        let first = task.trials.start;
-        state.lines[study.0].waiting.push_back((task, first));
         drop(state);
         self.filled.notify_all();
+    }
+
+    /// Whether there are units that have not been answered.
+    pub(crate) fn is_busy(&self) -> bool {
+        !lock(&self.state).live.is_empty()
     }
 
     /// Waits until there is something to do and says for which experiment: the next one after `last` in turn.
@@ -213,9 +220,9 @@ mod tests {
     fn trials_come_in_the_order_of_the_units() {
         let (queue, study) = queue();
         let (first, second) = (task(1), task(2));
-        queue.push(study, Arc::clone(&first));
-        queue.push(study, Arc::clone(&second));
-        queue.push(study, task(1));
+        queue.push([(study, Arc::clone(&first))]);
+        queue.push([(study, Arc::clone(&second))]);
+        queue.push([(study, task(1))]);
         let (a, b) = (first.key, second.key);
         assert_eq!(trials(&queue, study), [(a, 2), (a, 3), (a, 4), (b, 2), (b, 3), (b, 4)]);
         assert_eq!(queue.live(), [a, b]);
@@ -236,12 +243,12 @@ mod tests {
     fn cancelled_units_are_dropped_and_may_come_again() {
         let (queue, study) = queue();
         let (first, second) = (task(1), task(2));
-        queue.push(study, Arc::clone(&first));
-        queue.push(study, Arc::clone(&second));
+        queue.push([(study, Arc::clone(&first))]);
+        queue.push([(study, Arc::clone(&second))]);
         assert_eq!(queue.next(study).map(|job| job.tag.1), Some(2));
         queue.cancel(&[first.key]);
         assert!(!queue.close(&first), "its answer is not wanted");
-        queue.push(study, task(1));
+        queue.push([(study, task(1))]);
         assert_eq!(trials(&queue, study).len(), 6);
         assert!(!queue.close(&first), "it is another task under the same key");
         assert!(queue.close(&second));
@@ -251,8 +258,8 @@ mod tests {
     fn slots_take_turns_between_experiments_and_end_when_stopped() {
         let (queue, one) = queue();
         let two = queue.open(Simulator::new(&Experiment::default()).unwrap());
-        queue.push(one, task(1));
-        queue.push(two, task(2));
+        queue.push([(one, task(1))]);
+        queue.push([(two, task(2))]);
         let turn = |last| queue.wait(last).map(|(study, _)| study);
         assert_eq!(turn(None), Some(one));
         assert_eq!(turn(Some(one)), Some(two));

@@ -28,6 +28,10 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const KEEPALIVE: Duration = Duration::from_secs(10);
 /// How long a goodbye may take.
 const LAST_WORDS: Duration = Duration::from_secs(1);
+/// How long the first of some results waits for the others, while there is more to come. Slots have other units to go on with.
+const MOMENT: Duration = Duration::from_millis(2);
+/// Most results that go together.
+const TOGETHER: usize = 64;
 /// Results that are kept after they were sent, as the line may be cut before they arrive.
 const KEPT: usize = 256;
 
@@ -199,8 +203,15 @@ impl Session {
                     return Ok(Ended::Stopped);
                 }
                 _ = line.heartbeat.tick() => send(&line.sender, FromWorker::Heartbeat).await?,
-                count = self.outbox.recv_many(&mut results, 64), if !self.outbox.is_closed() => {
-                    tracing::trace!(count, "results");
+                _ = self.outbox.recv_many(&mut results, TOGETHER), if !self.outbox.is_closed() => {
+                    if self.queue.is_busy() {
+                        // What comes within a moment goes along: a message costs as much as some fast units.
+                        sleep(MOMENT).await;
+                        while results.len() < TOGETHER && let Ok(result) = self.outbox.try_recv() {
+                            results.push(result);
+                        }
+                    }
+                    tracing::trace!(count = results.len(), "results");
                     self.hand_in(line, std::mem::take(&mut results)).await?;
                 }
                 message = line.inbound.message() => {
@@ -220,9 +231,9 @@ impl Session {
                 line.experiments.insert(id, study);
             }
             FromMaster::Lease(units) => {
-                for unit in units {
-                    self.take(line, unit)?;
-                }
+                let tasks: Result<Vec<_>, Stop> =
+                    units.into_iter().map(|unit| self.task(line, unit)).collect();
+                self.queue.push(tasks?);
             }
             FromMaster::Cancel(keys) => self.queue.cancel(&keys),
             FromMaster::Farewell { finished: true } => return Ok(Some(Ended::Finished)),
@@ -248,7 +259,7 @@ impl Session {
         Ok(study)
     }
 
-    fn take(&self, line: &Line, unit: Unit) -> Result<(), Stop> {
+    fn task(&self, line: &Line, unit: Unit) -> Result<(Study, Arc<Task>), Stop> {
         let Some((study, simulator)) = line.experiments.get(&unit.experiment) else {
             return Err(self.nonsense(format!("a unit of the unknown experiment {}", unit.experiment)));
         };
@@ -257,9 +268,7 @@ impl Session {
         {
             return Err(self.nonsense(format!("unit {} does not fit its experiment", unit.key)));
         }
-        let task = Task::new(unit.key, unit.genotype, unit.draw, unit.trials);
-        self.queue.push(*study, task);
-        Ok(())
+        Ok((*study, Task::new(unit.key, unit.genotype, unit.draw, unit.trials)))
     }
 
     async fn hand_in(&mut self, line: &Line, results: Vec<UnitResult>) -> Result<(), Stop> {

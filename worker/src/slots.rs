@@ -152,12 +152,12 @@ mod tests {
         let slots = Slots::start(2, results).unwrap();
         let study = slots.queue().open(simulator.clone());
         let bad = task(0, 1, &simulator);
-        slots.queue().push(study, Arc::clone(&bad));
+        slots.queue().push([(study, Arc::clone(&bad))]);
         let failed = outbox.recv().await.unwrap();
         assert!(failed.key == bad.key && matches!(failed.answer, Answer::Failed(_)), "{failed:?}");
 
         let good: Vec<_> = (1..6).map(|number| task(number, genes, &simulator)).collect();
-        good.iter().for_each(|task| slots.queue().push(study, Arc::clone(task)));
+        slots.queue().push(good.iter().map(|task| (study, Arc::clone(task))));
         let mut got = Vec::new();
         for _ in &good {
             got.push(outbox.recv().await.unwrap());

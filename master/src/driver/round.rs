@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use selftalk_proto::UnitKey;
+use selftalk_proto::{UnitKey, UnitKeys};
 use selftalk_sim::{Draw, Genotype, TrialOutcome};
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::Instant;
@@ -55,14 +55,15 @@ impl Round {
         let mut works = Vec::with_capacity(distinct.len());
         let mut places = HashMap::with_capacity(distinct.len());
         let mut results = vec![None; distinct.len()];
+        let trials = 0..study.simulator.trial_count();
+        let keys = UnitKeys::new(&study.toml, draw, &trials);
         for (place, &member) in distinct.iter().enumerate() {
             let genotype = Arc::clone(&population.members[member as usize].genotype);
             if let Some(result) = known.get(draw, &genotype) {
                 results[place] = Some(Evaluated { member, ..result.clone() });
                 continue;
             }
-            let trials = 0..study.simulator.trial_count();
-            let key = UnitKey::of(&study.toml, draw, &genotype, &trials);
+            let (key, trials) = (keys.of(&genotype), trials.clone());
             places.insert(key, place);
             works.push(Arc::new(Work { key, experiment: study.number, generation, draw, genotype, trials }));
         }
@@ -102,12 +103,16 @@ impl Round {
         (results, scored)
     }
 
-    /// What the next generation need not find out again.
+    /// What the next generation need not find out again: nothing if it has another draw.
     pub(super) fn known(&self, study: &Study, results: &[Evaluated]) -> Known {
         let Population { replication, generation, members } = &self.population;
+        let [now, next] = [0, 1].map(|later| draw(&study.experiment, *replication, generation + later));
+        if now != next {
+            return Known::default();
+        }
         let genotype = |result: &Evaluated| Arc::clone(&members[result.member as usize].genotype);
         Known {
-            draw: Some(draw(&study.experiment, *replication, *generation)),
+            draw: Some(now),
             results: results.iter().map(|result| (genotype(result), result.clone())).collect(),
         }
     }

@@ -17,7 +17,8 @@ impl Scheduler {
         let slots: usize = self.peers.values().map(Peer::slots).sum();
         while let Some(peer) = self.roomiest(|_| true) {
             // Small batches towards the end, so that the workers finish together.
-            let size = (self.waiting / (4 * slots.max(1))).clamp(1, self.limits.batch.max(1));
+            let (least, most) = self.peers.get(&peer).map_or((1, 1), |peer| peer.batch(&self.limits));
+            let size = (self.waiting / (4 * slots.max(1))).clamp(least, most);
             let keys: Vec<UnitKey> = std::iter::from_fn(|| self.next()).take(size).collect();
             if keys.is_empty() {
                 break;

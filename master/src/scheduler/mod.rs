@@ -32,8 +32,12 @@ use peer::Peer;
 /// The scheduler's settings. None of them can change a result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
-    /// Most units in a batch.
+    /// Most units in a batch for a worker that is not fast.
     pub batch: usize,
+    /// Milliseconds of a slot's work that a batch for a fast worker comes to; a fifth of it where little is left.
+    pub batch_ms: u64,
+    /// Most units in any batch.
+    pub largest_batch: usize,
     /// Batches that a worker holds for each of its slots: one under way, the others waiting.
     pub batches_a_slot: usize,
     /// Workers a unit may be lost with before it is set aside.
@@ -62,6 +66,8 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             batch: 4,
+            batch_ms: 25,
+            largest_batch: 64,
             batches_a_slot: 2,
             losses: 5,
             silence_ms: 10_000,
@@ -418,7 +424,9 @@ impl Scheduler {
     }
 
     fn tick(&mut self, now_ms: u64) {
-        self.now_ms = self.now_ms.max(now_ms);
+        let passed_ms = now_ms.saturating_sub(self.now_ms);
+        self.now_ms += passed_ms;
+        self.peers.values_mut().for_each(|peer| peer.clock(passed_ms));
         let limit = self.limits.silence_ms;
         let silent = |peer: &Peer| self.now_ms - peer.heard_ms > limit;
         let silent: Vec<PeerId> =

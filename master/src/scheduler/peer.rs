@@ -6,6 +6,9 @@ use selftalk_proto::UnitKey;
 
 use super::Limits;
 
+/// Milliseconds over which a worker's pace is measured, at least.
+const MEASURED_MS: u64 = 200;
+
 /// A connected worker and what it holds.
 #[derive(Debug)]
 pub(super) struct Peer {
@@ -20,6 +23,10 @@ pub(super) struct Peer {
     slots: u32,
     /// When it gave its last answers, as many as it has slots.
     answered: VecDeque<u64>,
+    /// Its answers in the last so many milliseconds.
+    fresh: (u64, u64),
+    /// Answers of a slot in a second, as it was seen last; less where it had nothing to do.
+    pace: u64,
     /// The units it holds, with their batch and whether they are suspect.
     held: BTreeMap<UnitKey, (u64, bool)>,
     /// Units left of each batch.
@@ -40,6 +47,8 @@ impl Peer {
             busy_ms: now_ms,
             slots,
             answered: VecDeque::new(),
+            fresh: (0, 0),
+            pace: 0,
             held: BTreeMap::new(),
             batches: BTreeMap::new(),
             suspects: 0,
@@ -101,8 +110,31 @@ impl Peer {
         // What waits in its queue begins when a slot is free: as many answers ago as it has slots.
         let free_ms = (self.answered.len() == self.slots()).then(|| self.answered.pop_front()).flatten();
         self.answered.push_back(now_ms);
+        self.fresh.0 += 1;
         (self.missed, self.busy_ms) = (0, now_ms);
         now_ms - leased_ms.max(free_ms.unwrap_or(0))
+    }
+
+    /// So many milliseconds have passed since it was last told the time.
+    pub(super) fn clock(&mut self, passed_ms: u64) {
+        let (answers, ms) = &mut self.fresh;
+        *ms += passed_ms;
+        if *ms < MEASURED_MS {
+            return;
+        }
+        // A moment in which there was nothing to do does not make it slow.
+        self.pace = (1000 * *answers / (*ms * u64::from(self.slots.max(1)))).max(self.pace / 2);
+        self.fresh = (0, 0);
+    }
+
+    /// Fewest and most units it is given at once: the faster it is the more, as what a message costs is shared by its units.
+    pub(super) fn batch(&self, limits: &Limits) -> (usize, usize) {
+        let in_time = |ms: u64| {
+            let units = usize::try_from(self.pace.saturating_mul(ms) / 1000).unwrap_or(usize::MAX);
+            units.clamp(1, limits.largest_batch.max(1))
+        };
+        let most = in_time(limits.batch_ms).max(limits.batch);
+        (in_time(limits.batch_ms / 5).min(most), most)
     }
 
     /// Whether it has had something to do and not answered for long.

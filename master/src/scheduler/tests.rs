@@ -1,5 +1,6 @@
 //! Arbitrary interleavings of everything that can happen to a scheduler, and single rules.
 
+mod batches;
 mod peers;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -127,7 +128,7 @@ impl World {
     fn obey(&mut self, effect: Effect) {
         match effect {
             Effect::Lease(peer, units) => {
-                assert!(!units.is_empty() && units.len() <= 4);
+                assert!(!units.is_empty() && units.len() <= Limits::default().largest_batch);
                 assert!(!self.paused, "leased while units are held back");
                 let (instance, held) = self.connected.get_mut(&peer).expect("leased to nobody");
                 assert!(!self.expelled.contains(instance), "leased to one that was found wrong");
@@ -324,18 +325,6 @@ fn scheduler(events: Vec<Event>) -> (Scheduler, Vec<Effect>) {
     events.into_iter().for_each(|event| scheduler.handle(event));
     let effects = scheduler.settle();
     (scheduler, effects)
-}
-
-#[test]
-fn work_is_spread_and_batches_shrink() {
-    let (_, effects) = scheduler(vec![
-        joined(1, 1, 1, vec![]),
-        joined(2, 2, 1, vec![]),
-        Event::Submitted((0..20).map(work).collect()),
-    ]);
-    let sizes: Vec<(u64, usize)> =
-        leases(&effects).into_iter().map(|(peer, units)| (peer, units.len())).collect();
-    assert_eq!(sizes, [(1, 2), (2, 2), (1, 2), (2, 1)]);
 }
 
 #[test]
