@@ -52,7 +52,13 @@ fn databases_of_every_schema_can_be_read_and_are_brought_up_to_date() {
         place.run("verify").done();
         place.run("history lineage").done();
         let of_best = |of: &Value| format!("{} {}", of["best_fitness"], of["best_successes"]);
-        best.insert(place.ask("history generations").iter().map(of_best).collect::<Vec<_>>());
+        let behaviours = place.ask("history behaviours").into_iter().map(|mut of| {
+            // A migration adds scores up in another order.
+            of.as_object_mut().unwrap().retain(|key, _| !key.ends_with("_score"));
+            of.to_string()
+        });
+        let generations = place.ask("history generations");
+        best.insert(generations.iter().map(of_best).chain(behaviours).collect::<Vec<_>>());
     }
     assert_eq!(best.len(), 1, "what an earlier schema did not say is made up for: {best:?}");
 }

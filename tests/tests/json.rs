@@ -115,7 +115,8 @@ fn every_command_prints_the_fields_that_are_documented() {
     }
     // They end with what `history replications` lists.
     let fields = &documented["history replications"];
-    for command in ["run small.toml --set name=third --set generations=1", "resume small"] {
+    let extend = "extend third --generations 2";
+    for command in ["run small.toml --set name=third --set generations=1", "resume small", extend] {
         let stdout = place.run(&format!("{command} --format json")).done().stdout;
         check(command, &stdout, fields);
     }
@@ -140,7 +141,7 @@ fn no_command_is_left_out() {
                     part.get_name()
                 );
             }
-        } else if !["run", "serve", "resume", "help"].contains(&name) {
+        } else if !["run", "serve", "resume", "extend", "help"].contains(&name) {
             assert!(known(name), "{name} is not documented in docs/json.md");
         }
     }

@@ -16,6 +16,7 @@ mod deploy;
 mod digest;
 mod documents;
 mod export;
+mod extend;
 mod files;
 mod fuzz;
 mod guide;

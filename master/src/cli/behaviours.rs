@@ -1,6 +1,8 @@
 //! `selftalk history behaviours`: how each behaviour was learnt.
 
-use selftalk_sim::{Behaviour, Simulator, TrialOutcome};
+use std::ops::RangeInclusive;
+
+use selftalk_sim::{Behaviour, Simulator};
 
 use super::args::BehaviourFilter;
 use super::evaluate::{of, shares_of};
@@ -12,8 +14,7 @@ use crate::store::{SqliteStore, StoredExperiment, StoredReplication};
 
 /// Generations beside each other, and what the trials of their best individuals came to.
 struct Bin {
-    first: u32,
-    last: u32,
+    generations: RangeInclusive<u32>,
     tally: Tally,
 }
 
@@ -42,10 +43,15 @@ pub(super) async fn behaviours(store: &SqliteStore, filter: &BehaviourFilter) ->
     for stored in select::replications(store, &filter.of).await? {
         let simulator = Simulator::new(&stored.experiment)?;
         for replication in &stored.replications {
-            let mut outcomes = store.list_best_outcomes(replication.id).await?;
-            // A master may have added more since.
-            outcomes.retain(|(generation, _)| *generation < replication.generations);
-            let bins = bins(&simulator, &outcomes, filter.bins);
+            let mut bins = Vec::new();
+            for generations in edges(replication.generations, filter.bins) {
+                let mut tally = Tally::default();
+                for behaviour in simulator.behaviours() {
+                    let sum = store.sum_behaviour(replication.id, *behaviour, generations.clone()).await?;
+                    sum.iter().for_each(|sum| tally.add(sum));
+                }
+                bins.push(Bin { generations, tally });
+            }
             if filter.curves {
                 curves(&mut table, &stored, replication, &bins);
             } else {
@@ -57,27 +63,21 @@ pub(super) async fn behaviours(store: &SqliteStore, filter: &BehaviourFilter) ->
 }
 
 /// As many bins as asked for, or as there are generations, none more than one generation longer than another.
-fn bins(simulator: &Simulator, outcomes: &[(u32, Vec<TrialOutcome>)], count: u32) -> Vec<Bin> {
-    let count = (count as usize).min(outcomes.len());
-    let edge = |bin: usize| bin * outcomes.len() / count.max(1);
-    let bin = |at: usize| {
-        let generations = &outcomes[edge(at)..edge(at + 1)];
-        let ((first, _), (last, _)) = (generations.first()?, generations.last()?);
-        let trials: Vec<TrialOutcome> =
-            generations.iter().flat_map(|(_, outcomes)| outcomes).copied().collect();
-        Some(Bin { first: *first, last: *last, tally: Tally::of(simulator, &trials) })
-    };
-    (0..count).filter_map(bin).collect()
+fn edges(generations: u32, bins: u32) -> impl Iterator<Item = RangeInclusive<u32>> {
+    let bins = bins.min(generations);
+    // Less than `generations`, so it fits.
+    let edge = move |bin: u32| (u64::from(bin) * u64::from(generations) / u64::from(bins.max(1))) as u32;
+    (0..bins).map(move |bin| edge(bin)..=edge(bin + 1) - 1)
 }
 
 /// A line a bin.
 fn lines(table: &mut Table, stored: &StoredExperiment, replication: &StoredReplication, bins: &[Bin]) {
-    for Bin { first, last, tally } in bins {
+    for Bin { generations, tally } in bins {
         let mut row = vec![
             stored.experiment.name.as_str().into(),
             replication.number.into(),
-            (*first).into(),
-            (*last).into(),
+            (*generations.start()).into(),
+            (*generations.end()).into(),
         ];
         row.extend(shares_of(tally));
         row.extend(Behaviour::ALL.map(|behaviour| of(tally, behaviour, Tally::score_of)));
@@ -112,21 +112,17 @@ fn block(share: f64) -> char {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use selftalk_sim::Experiment;
 
     #[test]
     fn bins_hold_every_generation_once() {
-        let simulator = Simulator::new(&Experiment::default()).unwrap();
-        let success = TrialOutcome { score: 0.5, success: true, steps: 1 };
-        let outcomes: Vec<_> = (0..23).map(|generation| (generation, vec![success; 16])).collect();
         for (asked, expected) in [(1, 1), (5, 5), (23, 23), (40, 23)] {
-            let bins = bins(&simulator, &outcomes, asked);
+            let bins: Vec<_> = edges(23, asked).collect();
             assert_eq!(bins.len(), expected);
-            assert_eq!((bins[0].first, bins[expected - 1].last), (0, 22));
-            assert!(bins.windows(2).all(|pair| pair[0].last + 1 == pair[1].first));
-            assert_eq!(bins.iter().map(|bin| bin.tally.trials()).sum::<u32>(), 23 * 16);
+            assert!(bins.iter().cloned().flatten().eq(0..23));
+            let lengths: Vec<usize> = bins.iter().map(|bin| bin.clone().count()).collect();
+            assert!(lengths.iter().max().unwrap() - lengths.iter().min().unwrap() <= 1, "{lengths:?}");
         }
-        assert!(bins(&simulator, &[], 5).is_empty());
+        assert_eq!(edges(0, 5).count(), 0);
     }
 
     #[test]

@@ -90,8 +90,16 @@ pub(super) fn unfinished(stored: &StoredExperiment) -> bool {
 /// # Errors
 /// [`Exit::Exists`] when the fingerprint is not this program's.
 pub(super) fn continuable(stored: &StoredExperiment) -> Result<(), Failure> {
+    if unfinished(stored) { of_this_simulator(stored) } else { Ok(()) }
+}
+
+/// Refuses what another simulator has begun, finished or not.
+///
+/// # Errors
+/// [`Exit::Exists`] when the fingerprint is not this program's.
+pub(super) fn of_this_simulator(stored: &StoredExperiment) -> Result<(), Failure> {
     let (begun, ours) = (&stored.fingerprint, fingerprint()?);
-    if !unfinished(stored) || *begun == ours {
+    if *begun == ours {
         return Ok(());
     }
     let name = &stored.experiment.name;

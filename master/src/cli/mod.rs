@@ -13,6 +13,7 @@ pub mod dashboard;
 pub mod digest;
 pub mod evaluate;
 pub mod export;
+pub mod extend;
 pub mod history;
 pub mod individuals;
 pub mod keys;
@@ -55,6 +56,7 @@ pub async fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Run(args) => run::run(args, &global).await,
         Command::Serve(args) => serve::run(args, &global).await,
         Command::Resume(args) => resume::run(args, &global).await,
+        Command::Extend(args) => extend::run(args, &global).await,
         Command::Dashboard(args) => dashboard::run(args, &global).await,
         Command::History(args) => history::run(args, &global).await,
         Command::Show(args) => show::run(args, &global).await,

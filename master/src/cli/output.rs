@@ -1,6 +1,7 @@
 //! Data for people and for programs: one table, three formats.
 
 use std::borrow::Cow;
+use std::fmt;
 use std::io::{self, IsTerminal, Write};
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Width, presets};
@@ -81,24 +82,12 @@ impl<T: Into<Self>> From<Option<T>> for Cell {
 }
 
 impl Cell {
-    /// The value in full, as CSV has it.
-    fn full(&self) -> String {
-        match self {
-            Self::Empty => String::new(),
-            Self::Text(text) => text.clone(),
-            Self::Integer(value) => value.to_string(),
-            Self::Real(value) => value.to_string(),
-            Self::List(values) => values.iter().map(u32::to_string).collect::<Vec<_>>().join(" "),
-            Self::Truth(value) => value.to_string(),
-        }
-    }
-
     /// The value for people.
     fn short(&self) -> String {
         match self {
             Self::Real(value) => format!("{value:.4}"),
             Self::Truth(value) => if *value { "yes" } else { "no" }.to_owned(),
-            _ => self.full(),
+            _ => self.to_string(),
         }
     }
 
@@ -115,6 +104,23 @@ impl Cell {
 
     const fn is_number(&self) -> bool {
         matches!(self, Self::Integer(_) | Self::Real(_))
+    }
+}
+
+impl fmt::Display for Cell {
+    /// The value in full, as CSV has it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => Ok(()),
+            Self::Text(text) => f.write_str(text),
+            Self::Integer(value) => write!(f, "{value}"),
+            Self::Real(value) => write!(f, "{value}"),
+            Self::List(values) => values.iter().enumerate().try_for_each(|(place, value)| {
+                let separator = if place == 0 { "" } else { " " };
+                write!(f, "{separator}{value}")
+            }),
+            Self::Truth(value) => write!(f, "{value}"),
+        }
     }
 }
 
@@ -213,7 +219,7 @@ impl Table {
     /// wider, if its numbers allow it.
     fn write_table(&self, out: &mut impl Write, width: Option<u16>) -> io::Result<()> {
         let shown = |column: &usize| {
-            self.rows.is_empty() || self.rows.iter().any(|row| !row[*column].full().is_empty())
+            self.rows.is_empty() || self.rows.iter().any(|row| !row[*column].to_string().is_empty())
         };
         let shown: Vec<usize> = (0..self.columns.len()).filter(shown).collect();
         let mut table = comfy_table::Table::new();
@@ -259,8 +265,14 @@ impl Table {
     fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
         let mut writer = csv::Writer::from_writer(out);
         writer.write_record(self.columns.iter().map(|column| column.as_bytes()))?;
+        let mut field = Vec::new();
         for row in &self.rows {
-            writer.write_record(row.iter().map(Cell::full))?;
+            for cell in row {
+                field.clear();
+                write!(field, "{cell}")?;
+                writer.write_field(&field)?;
+            }
+            writer.write_record(None::<&[u8]>)?;
         }
         writer.flush()
     }

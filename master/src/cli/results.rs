@@ -1,5 +1,6 @@
 //! `selftalk results`: what an experiment came to, in a folder.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use selftalk_sim::experiment::Task;
@@ -85,7 +86,7 @@ async fn gathered(
     };
     let simulator = Simulator::new(&stored.experiment)?;
     for replication in &stored.replications {
-        let generations = generations(store, &simulator, replication).await?;
+        let generations = generations(store, replication).await?;
         let best_successes_of_16 = generations.iter().map(|row| row.best_successes).max().unwrap_or_default();
         let champion = match replication.generations.checked_sub(1) {
             Some(last) => chosen(store, stored, replication, last, crew).await?,
@@ -123,13 +124,13 @@ async fn gathered(
 
 async fn generations(
     store: &SqliteStore,
-    simulator: &Simulator,
     replication: &StoredReplication,
 ) -> Result<Vec<GenerationRow>, Failure> {
     let entries = store.list_generations(replication.id, None).await?;
-    let outcomes = store.list_best_outcomes(replication.id).await?;
-    let rows = entries.iter().zip(&outcomes).map(|(entry, (_, outcomes))| {
-        let tally = Tally::of(simulator, outcomes);
+    let behaviours: HashMap<u32, _> = store.list_behaviours(replication.id).await?.into_iter().collect();
+    let rows = entries.iter().map(|entry| {
+        let mut tally = Tally::default();
+        behaviours.get(&entry.generation).into_iter().flatten().for_each(|of| tally.add(of));
         GenerationRow {
             replication: replication.number,
             generation: entry.generation,

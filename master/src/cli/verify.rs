@@ -1,5 +1,6 @@
 //! `selftalk verify`: whether what is stored comes out again.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -278,6 +279,7 @@ async fn verify(
     let mut batch = Batch::default();
     let done = || bar.inc(1);
     let crew = crew(workers, &done);
+    let behaviours: HashMap<u32, _> = store.list_behaviours(replication.id).await?.into_iter().collect();
     let mut generations = store.generations(replication);
     let before = entries.first().and_then(|entry| entry.generation.checked_sub(1));
     let mut previous = match before {
@@ -287,7 +289,15 @@ async fn verify(
     let mut before = 0;
     for entry in entries {
         let record = generations.read(entry.generation).await?;
-        verified.mismatches.extend(examine(experiment, &simulator, previous.as_ref(), &record, entry));
+        let behaviours = behaviours.get(&entry.generation).map_or(&[][..], Vec::as_slice);
+        verified.mismatches.extend(examine(
+            experiment,
+            &simulator,
+            previous.as_ref(),
+            &record,
+            entry,
+            behaviours,
+        ));
         for at in part.again(&record, before) {
             let evaluated = &record.evaluated[at];
             let Some(member) = record.population.members.get(evaluated.member as usize) else { continue };

@@ -81,6 +81,7 @@ impl<S: Store> Replication<S> {
         let population = &self.round.population;
         let commit = GenerationCommit {
             replication: *id,
+            task: study.experiment.task,
             population,
             evaluated: &evaluated,
             scored: &scored,

@@ -6,6 +6,7 @@ use selftalk_sim::{Behaviour, Draw, Genotype, Simulator, TrialOutcome};
 
 use super::RetestError;
 use super::batch::{Crew, Task, run};
+use crate::store::BehaviourSummary;
 
 /// Trials, successes and scores, by behaviour.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,6 +28,14 @@ impl Tally {
             tally.scores[behaviour] += if outcome.score.is_finite() { outcome.score } else { 0.0 };
         }
         tally
+    }
+
+    /// Adds trials of a behaviour.
+    pub fn add(&mut self, of: &BehaviourSummary) {
+        let behaviour = of.behaviour as usize;
+        self.trials[behaviour] += of.trials;
+        self.successes[behaviour] += of.successes;
+        self.scores[behaviour] += of.score * f64::from(of.trials);
     }
 
     /// Trials of all behaviours.

@@ -6,7 +6,7 @@ use std::fmt;
 use selftalk_sim::{Experiment, Genotype, Simulator, TrialOutcome};
 
 use crate::evolution::{Member, Origin, Population, distinct, founders, ranking, reproduce, score};
-use crate::store::{GenerationEntry, GenerationRecord, kept_bits};
+use crate::store::{BehaviourSummary, GenerationEntry, GenerationRecord, kept_bits};
 
 /// Something stored that is not what it should be.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -62,6 +62,7 @@ pub fn examine(
     previous: Option<&GenerationRecord>,
     record: &GenerationRecord,
     entry: &GenerationEntry,
+    behaviours: &[BehaviourSummary],
 ) -> Vec<Mismatch> {
     let mut examination = Examination { record, found: Vec::new() };
     let Population { replication, generation, .. } = record.population;
@@ -76,6 +77,7 @@ pub fn examine(
     worth(&mut examination, simulator);
     order(&mut examination);
     summary(&mut examination, entry);
+    by_behaviour(&mut examination, behaviours, &record.behaviours(experiment.task));
     examination.found
 }
 
@@ -155,6 +157,22 @@ fn summary(examination: &mut Examination<'_>, entry: &GenerationEntry) {
     examination.compare("number of distinct genotypes", entry.distinct_genotypes, right.distinct);
 }
 
+/// What the best individual came to in each behaviour.
+fn by_behaviour(examination: &mut Examination<'_>, stored: &[BehaviourSummary], right: &[BehaviourSummary]) {
+    examination.compare("number of behaviours of the best", stored.len(), right.len());
+    for (stored, right) in stored.iter().zip(right) {
+        let behaviour = right.behaviour.name();
+        let what = |what: &str| format!("{what} of the best in {behaviour}");
+        examination.compare("behaviour of the best", stored.behaviour.name(), behaviour);
+        examination.compare(&what("trials"), stored.trials, right.trials);
+        examination.compare(&what("successes"), stored.successes, right.successes);
+        // What a migration has added up, it may have added up in another order.
+        if (stored.score - right.score).abs() > 1e-12 {
+            examination.compare(&what("mean score"), stored.score, right.score);
+        }
+    }
+}
+
 /// In what an outcome differs from the stored one; none if it is the same to the last bit.
 #[must_use]
 pub fn difference(stored: &TrialOutcome, again: &TrialOutcome) -> Option<String> {
@@ -230,7 +248,8 @@ mod tests {
         let (experiment, simulator, records) = records();
         for (previous, record) in [(None, &records[0]), (Some(&records[0]), &records[1]), (None, &records[1])]
         {
-            assert_eq!(examine(&experiment, &simulator, previous, record, &entry(record)), []);
+            let behaviours = record.behaviours(experiment.task);
+            assert_eq!(examine(&experiment, &simulator, previous, record, &entry(record), &behaviours), []);
         }
     }
 
@@ -256,7 +275,8 @@ mod tests {
         for (change, words) in changes {
             let mut changed = records[1].clone();
             change(&mut changed);
-            let found = examine(&experiment, &simulator, Some(&records[0]), &changed, &entry(&records[1]));
+            let (entry, behaviours) = (entry(&records[1]), records[1].behaviours(experiment.task));
+            let found = examine(&experiment, &simulator, Some(&records[0]), &changed, &entry, &behaviours);
             assert!(found.iter().any(|found| found.to_string().contains(words)), "{words}: {found:?}");
         }
         let right = entry(&records[0]);
@@ -266,12 +286,17 @@ mod tests {
             optimal_individuals: 3,
             ..right
         };
-        let found = examine(&experiment, &simulator, None, &records[0], &summary);
+        let mut behaviours = records[0].behaviours(experiment.task);
+        behaviours[1].successes += 1;
+        behaviours[3].score += 1e-9;
+        let found = examine(&experiment, &simulator, None, &records[0], &summary, &behaviours);
         let found: Vec<String> = found.iter().map(Mismatch::to_string).collect();
-        assert_eq!(found.len(), 3, "{found:?}");
+        assert_eq!(found.len(), 5, "{found:?}");
         assert!(found[0].contains("0: best fitness 2 is stored"), "{found:?}");
         assert!(found[1].contains("0: successes of the best"), "{found:?}");
         assert_eq!(found[2], "0: number of optimal individuals 3 is stored, 0 is right");
+        assert!(found[3].contains("0: successes of the best in open"), "{found:?}");
+        assert!(found[4].contains("0: mean score of the best in move"), "{found:?}");
     }
 
     #[test]

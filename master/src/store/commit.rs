@@ -1,18 +1,21 @@
 //! What a generation has to be before it is written, and what it adds up to.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
-use selftalk_sim::Genotype;
+use selftalk_sim::experiment::Task;
+use selftalk_sim::{Behaviour, Genotype, TrialOutcome};
 use sha2::{Digest, Sha256};
 
 use super::read::Position;
-use super::{Evaluated, GenerationCommit, GenerationRecord, GenerationSummary};
+use super::{BehaviourSummary, Evaluated, GenerationCommit, GenerationRecord, GenerationSummary};
 use crate::evolution::{Population, Scored, distinct};
 
 /// A generation whose parts fit together.
 pub(super) struct Checked<'a> {
     pub(super) commit: GenerationCommit<'a>,
     pub(super) summary: GenerationSummary,
+    /// What the best individual came to.
+    pub(super) behaviours: Vec<BehaviourSummary>,
     /// For every member the first one with the same genotype.
     pub(super) evaluated_as: Vec<u32>,
 }
@@ -52,7 +55,8 @@ impl<'a> Checked<'a> {
             }
         }
         let summary = summary(evaluated, scored, best, &evaluated_as);
-        Ok(Self { commit, summary, evaluated_as })
+        let behaviours = behaviours(commit.task, evaluated, best, &evaluated_as);
+        Ok(Self { commit, summary, behaviours, evaluated_as })
     }
 }
 
@@ -69,7 +73,35 @@ fn summary(evaluated: &[Evaluated], scored: &[Scored], best: u32, evaluated_as: 
     }
 }
 
+/// What the trials of the fittest individual, `best`, came to, in the order of the behaviours.
+fn behaviours(task: Task, evaluated: &[Evaluated], best: u32, evaluated_as: &[u32]) -> Vec<BehaviourSummary> {
+    let first = evaluated_as[best as usize];
+    let outcomes = evaluated.iter().find(|evaluated| evaluated.member == first);
+    let mut trials: BTreeMap<Behaviour, Vec<&TrialOutcome>> = BTreeMap::new();
+    for (trial, outcome) in (0..).zip(outcomes.map_or(&[][..], |evaluated| &evaluated.outcomes)) {
+        trials.entry(Behaviour::of_trial(task, trial)).or_default().push(outcome);
+    }
+    let summary = |(behaviour, outcomes): (Behaviour, Vec<&TrialOutcome>)| {
+        let scores = outcomes.iter().map(|outcome| outcome.score).filter(|score| score.is_finite());
+        BehaviourSummary {
+            behaviour,
+            trials: outcomes.len() as u32,
+            successes: outcomes.iter().filter(|outcome| outcome.success).count() as u32,
+            score: scores.sum::<f64>() / outcomes.len() as f64,
+        }
+    };
+    trials.into_iter().map(summary).collect()
+}
+
 impl GenerationRecord {
+    /// What its best individual came to in trials of a task; nothing without individuals.
+    #[must_use]
+    pub fn behaviours(&self, task: Task) -> Vec<BehaviourSummary> {
+        let Self { population, evaluated, ranking, .. } = self;
+        let evaluated_as = evaluated_as(population, &distinct(population));
+        ranking.first().map_or_else(Vec::new, |best| behaviours(task, evaluated, *best, &evaluated_as))
+    }
+
     /// What it adds up to; none without individuals.
     #[must_use]
     pub fn summary(&self) -> Option<GenerationSummary> {

@@ -1,9 +1,11 @@
 //! The questions people ask of a history.
 
-use selftalk_sim::TrialOutcome;
+use std::ops::RangeInclusive;
+
+use selftalk_sim::Behaviour;
 use sqlx::FromRow;
 
-use super::{ReplicationId, SqliteStore, StoreError};
+use super::{BehaviourSummary, ReplicationId, SqliteStore, StoreError};
 
 /// What a generation came to.
 #[derive(Debug, Clone, PartialEq, FromRow)]
@@ -109,18 +111,23 @@ pub struct WorkerEntry {
     pub audited_at: Option<String>,
 }
 
-/// The generation with the fittest individual of replication ?1.
-const BEST_GENERATION: &str = "SELECT * FROM generation_summary WHERE replication_id = ?1 AND generation = ( \
-        SELECT number FROM generation WHERE replication_id = ?1 ORDER BY best_fitness DESC, number LIMIT 1)";
+/// The generations of replication ?1 from ?2 to ?3.
+const GENERATIONS: &str = "SELECT number AS generation, best_fitness, mean_fitness, best_successes, most_successes, \
+        optimal_individuals, distinct_genotypes, best_individual, wall_ms, committed_at \
+     FROM generation WHERE replication_id = ?1 AND number BETWEEN ?2 AND ?3 ORDER BY number";
 
-/// The trials of the best individuals of replication ?1.
-// CROSS JOIN has the planner take the tables in this order: otherwise it may begin with all individuals there are.
-const BEST_OUTCOMES: &str = "SELECT generation.number, trial.score, trial.success, trial.steps FROM generation \
-     CROSS JOIN individual ON individual.replication_id = generation.replication_id \
-        AND individual.generation = generation.number AND individual.number = best_individual \
-     CROSS JOIN trial ON trial.replication_id = individual.replication_id \
-        AND trial.generation = individual.generation AND trial.individual = evaluated_as \
-     WHERE generation.replication_id = ?1 ORDER BY generation.number, trial.trial";
+/// The generation with the fittest individual of replication ?1, the first of them.
+const BEST_GENERATION: &str =
+    "SELECT number FROM generation WHERE replication_id = ?1 ORDER BY best_fitness DESC, number LIMIT 1";
+
+/// What the best individuals of replication ?1 came to.
+const BEST_BEHAVIOURS: &str = "SELECT generation, behaviour, trials, successes, score FROM best_behaviour \
+     WHERE replication_id = ?1 ORDER BY generation";
+
+/// What the best individuals of replication ?1 came to in behaviour ?2, from generation ?3 to generation ?4.
+// Behaviour by behaviour, as all behaviours in one question would have to be sorted.
+const SUM_OF_BEHAVIOUR: &str = "SELECT sum(trials), sum(successes), sum(score * trials) / sum(trials) \
+     FROM best_behaviour WHERE replication_id = ?1 AND behaviour = ?2 AND generation BETWEEN ?3 AND ?4";
 
 impl SqliteStore {
     /// A replication's generations, or one of them.
@@ -133,12 +140,9 @@ impl SqliteStore {
         generation: Option<u32>,
     ) -> Result<Vec<GenerationEntry>, StoreError> {
         let (first, last) = generation.map_or((0, u32::MAX), |generation| (generation, generation));
-        let query = sqlx::query_as(
-            "SELECT * FROM generation_summary WHERE replication_id = ? AND generation BETWEEN ? AND ? \
-             ORDER BY generation",
-        );
+        let query = sqlx::query_as(GENERATIONS).bind(replication.0).bind(first).bind(last);
         let mut state = self.state().await;
-        let rows = query.bind(replication.0).bind(first).bind(last).fetch_all(&mut state.connection).await;
+        let rows = query.fetch_all(&mut state.connection).await;
         rows.map_err(|error| self.fail(&error))
     }
 
@@ -150,34 +154,57 @@ impl SqliteStore {
         &self,
         replication: ReplicationId,
     ) -> Result<Option<GenerationEntry>, StoreError> {
-        let query = sqlx::query_as(BEST_GENERATION);
-        let mut state = self.state().await;
-        let row = query.bind(replication.0).fetch_optional(&mut state.connection).await;
-        row.map_err(|error| self.fail(&error))
+        let query = sqlx::query_scalar(BEST_GENERATION).bind(replication.0);
+        let best = query.fetch_optional(&mut self.state().await.connection).await;
+        let best: Option<u32> = best.map_err(|error| self.fail(&error))?;
+        let Some(best) = best else { return Ok(None) };
+        Ok(self.list_generations(replication, Some(best)).await?.pop())
     }
 
-    /// The outcomes of the trials of each generation's best individual, generation by generation, the trials in order.
+    /// What the best individual of each generation came to in each behaviour, generation by generation, the behaviours in
+    /// their order.
     ///
     /// # Errors
     /// [`StoreError`] when the history cannot be read.
-    pub async fn list_best_outcomes(
+    pub async fn list_behaviours(
         &self,
         replication: ReplicationId,
-    ) -> Result<Vec<(u32, Vec<TrialOutcome>)>, StoreError> {
-        let query = sqlx::query_as(BEST_OUTCOMES);
+    ) -> Result<Vec<(u32, Vec<BehaviourSummary>)>, StoreError> {
+        let query = sqlx::query_as(BEST_BEHAVIOURS);
         let mut state = self.state().await;
         let rows = query.bind(replication.0).fetch_all(&mut state.connection).await;
-        let rows: Vec<(u32, Option<f64>, bool, u32)> = rows.map_err(|error| self.fail(&error))?;
-        let outcomes = |rows: &[(u32, Option<f64>, bool, u32)]| {
-            let outcome = |&(_, score, success, steps): &(u32, Option<f64>, bool, u32)| TrialOutcome {
-                score: score.unwrap_or(f64::NAN),
-                success,
-                steps,
-            };
-            rows.iter().map(outcome).collect()
+        let rows: Vec<(u32, String, u32, u32, f64)> = rows.map_err(|error| self.fail(&error))?;
+        let summary = |(_, name, trials, successes, score): &(u32, String, u32, u32, f64)| {
+            let behaviour = Behaviour::ALL.into_iter().find(|behaviour| behaviour.name() == name)?;
+            Some(BehaviourSummary { behaviour, trials: *trials, successes: *successes, score: *score })
         };
-        let generations = rows.chunk_by(|a, b| a.0 == b.0);
-        Ok(generations.filter_map(|rows| Some((rows.first()?.0, outcomes(rows)))).collect())
+        let of_generation = |rows: &[(u32, String, u32, u32, f64)]| {
+            // One that this release does not know is none of an experiment that it knows.
+            let mut summaries: Vec<_> = rows.iter().filter_map(summary).collect();
+            summaries.sort_by_key(|summary| summary.behaviour);
+            Some((rows.first()?.0, summaries))
+        };
+        Ok(rows.chunk_by(|a, b| a.0 == b.0).filter_map(of_generation).collect())
+    }
+
+    /// What the best individuals of some generations came to in a behaviour, all of them together; none without trials
+    /// of it.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read.
+    pub async fn sum_behaviour(
+        &self,
+        replication: ReplicationId,
+        behaviour: Behaviour,
+        generations: RangeInclusive<u32>,
+    ) -> Result<Option<BehaviourSummary>, StoreError> {
+        let query = sqlx::query_as(SUM_OF_BEHAVIOUR).bind(replication.0).bind(behaviour.name());
+        let query = query.bind(*generations.start()).bind(*generations.end());
+        let mut state = self.state().await;
+        let sums = query.fetch_one(&mut state.connection).await;
+        let sums: (Option<u32>, Option<u32>, Option<f64>) = sums.map_err(|error| self.fail(&error))?;
+        let (Some(trials), Some(successes), Some(score)) = sums else { return Ok(None) };
+        Ok(Some(BehaviourSummary { behaviour, trials, successes, score }))
     }
 
     /// The individuals of a generation by rank, or only the best of them.
@@ -267,18 +294,19 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn questions_about_all_generations_look_up_nobody_but_the_best() {
+    async fn questions_about_all_generations_look_at_no_individuals_and_sort_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let store = SqliteStore::open_writer(&folder.path().join("history.db")).await.unwrap();
         let mut state = store.state().await;
-        for question in [BEST_GENERATION, BEST_OUTCOMES] {
+        for question in [BEST_GENERATION, SUM_OF_BEHAVIOUR] {
             let plan = sqlx::AssertSqlSafe(format!("EXPLAIN QUERY PLAN {question}"));
-            let query = sqlx::query_as(plan).bind(1);
+            let query = sqlx::query_as(plan);
             let plan: Vec<(i64, i64, i64, String)> = query.fetch_all(&mut state.connection).await.unwrap();
             for (_, _, _, step) in plan {
                 let of_individuals = ["individual", "evaluation", "trial"];
                 let of_individuals = of_individuals.iter().any(|table| step.contains(&format!(" {table} ")));
-                assert!(!of_individuals || step.matches("=?").count() == 3, "{step}");
+                let sorts = question == SUM_OF_BEHAVIOUR && step.contains("TEMP B-TREE");
+                assert!(!of_individuals && !sorts && !step.starts_with("SCAN best_behaviour"), "{step}");
             }
         }
     }

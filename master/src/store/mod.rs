@@ -7,6 +7,7 @@ mod commit;
 mod curves;
 mod digest;
 mod error;
+mod extend;
 mod generations;
 mod listing;
 mod lock;
@@ -31,8 +32,9 @@ pub use error::StoreError;
 pub use listing::{GenerationEntry, IndividualEntry, TrialEntry, WorkerEntry};
 pub use memory::MemoryStore;
 pub use model::{
-    Evaluated, ExperimentId, GenerationCommit, GenerationRecord, GenerationSummary, ReplicationId,
-    ReplicationState, Resumed, StoredExperiment, StoredReplication, Unproven, WorkerId, WorkerInfo,
+    BehaviourSummary, Evaluated, ExperimentId, GenerationCommit, GenerationRecord, GenerationSummary,
+    ReplicationId, ReplicationState, Resumed, StoredExperiment, StoredReplication, Unproven, WorkerId,
+    WorkerInfo,
 };
 pub use open::schema_version;
 pub use retest::{Retest, Test};

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use selftalk_sim::{Experiment, Genotype, TrialOutcome};
+use selftalk_sim::experiment::Task;
+use selftalk_sim::{Behaviour, Experiment, Genotype, TrialOutcome};
 
 use crate::evolution::{Population, Scored};
 
@@ -105,6 +106,19 @@ pub struct GenerationSummary {
     pub distinct: u32,
 }
 
+/// What trials of a behaviour came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BehaviourSummary {
+    /// The behaviour.
+    pub behaviour: Behaviour,
+    /// Trials of it, at least one.
+    pub trials: u32,
+    /// Those that succeeded.
+    pub successes: u32,
+    /// Their mean score; one that is not a finite number counts as 0.
+    pub score: f64,
+}
+
 /// What the evaluation of a distinct genotype gave.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluated {
@@ -123,6 +137,8 @@ pub struct Evaluated {
 pub struct GenerationCommit<'a> {
     /// The replication it belongs to.
     pub replication: ReplicationId,
+    /// What its trials ask for.
+    pub task: Task,
     /// Its individuals.
     pub population: &'a Population,
     /// The results, in the order of [`crate::evolution::distinct`].

@@ -1,5 +1,7 @@
 //! The statements that write a generation.
 
+use std::fmt::Write;
+
 use selftalk_sim::Experiment;
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
@@ -11,8 +13,8 @@ use crate::evolution::{Member, Origin};
 /// know one. They take 5 % of the file.
 pub(super) const KEYFRAME_EVERY: u32 = 50;
 
-/// Rows written by one statement. A full statement is prepared once and used again.
-const ROWS: usize = 64;
+/// Most rows written by one statement. Statements are prepared once for each number of rows and used again.
+const ROWS: usize = 256;
 
 /// The present time as the tables have it.
 pub(super) const NOW: &str = "strftime('%Y-%m-%dT%H:%M:%SZ', 'now')";
@@ -80,6 +82,7 @@ pub(super) async fn take_back(
     // Rows go before those they refer to.
     for statement in [
         "DELETE FROM retest WHERE replication_id = ? AND generation >= ?",
+        "DELETE FROM best_behaviour WHERE replication_id = ? AND generation >= ?",
         "DELETE FROM genotype WHERE replication_id = ? AND generation >= ?",
         "DELETE FROM individual WHERE replication_id = ? AND generation >= ?",
         "DELETE FROM trial WHERE replication_id = ? AND generation >= ?",
@@ -98,6 +101,7 @@ pub(super) async fn take_back(
 /// Writes all rows of a generation. The caller holds a transaction.
 pub(super) async fn generation(connection: &mut SqliteConnection, checked: &Checked<'_>) -> Result {
     summary(connection, checked).await?;
+    behaviours(connection, checked).await?;
     evaluations(connection, &checked.commit).await?;
     trials(connection, &checked.commit).await?;
     individuals(connection, checked).await?;
@@ -131,6 +135,23 @@ async fn summary(connection: &mut SqliteConnection, checked: &Checked<'_>) -> Re
     Ok(())
 }
 
+async fn behaviours(connection: &mut SqliteConnection, checked: &Checked<'_>) -> Result {
+    if checked.behaviours.is_empty() {
+        return Ok(());
+    }
+    let Checked { commit, behaviours, .. } = checked;
+    let mut insert = QueryBuilder::<Sqlite>::new(
+        "INSERT INTO best_behaviour (replication_id, behaviour, generation, trials, successes, score) ",
+    );
+    insert.push_values(behaviours, |mut row, of| {
+        row.push_bind(commit.replication.0).push_bind(of.behaviour.name());
+        row.push_bind(commit.population.generation);
+        row.push_bind(of.trials).push_bind(of.successes).push_bind(of.score);
+    });
+    insert.build().execute(connection).await?;
+    Ok(())
+}
+
 async fn evaluations(connection: &mut SqliteConnection, commit: &GenerationCommit<'_>) -> Result {
     for chunk in commit.evaluated.chunks(ROWS) {
         let mut insert = QueryBuilder::<Sqlite>::new(
@@ -141,7 +162,7 @@ async fn evaluations(connection: &mut SqliteConnection, commit: &GenerationCommi
             key(&mut row, commit, evaluated.member).push_bind(scored.fitness).push_bind(scored.successes);
             row.push_bind(evaluated.worker.map(|worker| worker.0)).push_bind(evaluated.failure.as_deref());
         });
-        run(connection, insert, chunk.len()).await?;
+        run(connection, insert).await?;
     }
     Ok(())
 }
@@ -162,7 +183,7 @@ async fn trials(connection: &mut SqliteConnection, commit: &GenerationCommit<'_>
             key(&mut row, commit, *member).push_bind(*trial).push_bind(score);
             row.push_bind(outcome.success).push_bind(outcome.steps);
         });
-        run(connection, insert, chunk.len()).await?;
+        run(connection, insert).await?;
     }
     Ok(())
 }
@@ -184,7 +205,7 @@ async fn individuals(connection: &mut SqliteConnection, checked: &Checked<'_>) -
                 .push_bind(flipped(&member.origin));
             row.push_bind(checked.evaluated_as[*number as usize]).push_bind(ranks[*number as usize]);
         });
-        run(connection, insert, chunk.len()).await?;
+        run(connection, insert).await?;
     }
     Ok(())
 }
@@ -192,8 +213,13 @@ async fn individuals(connection: &mut SqliteConnection, checked: &Checked<'_>) -
 /// The flipped bits as a JSON array; none for what was not varied.
 fn flipped(origin: &Origin) -> Option<String> {
     let Origin::Varied { flipped, .. } = origin else { return None };
-    let bits: Vec<String> = flipped.iter().map(u32::to_string).collect();
-    Some(format!("[{}]", bits.join(",")))
+    let mut bits = String::with_capacity(6 * flipped.len());
+    for (place, bit) in flipped.iter().enumerate() {
+        let separator = if place == 0 { "" } else { "," };
+        // A string takes whatever is written to it.
+        let _ = write!(bits, "{separator}{bit}");
+    }
+    Some(format!("[{bits}]"))
 }
 
 async fn genotypes(connection: &mut SqliteConnection, commit: &GenerationCommit<'_>) -> Result {
@@ -205,7 +231,7 @@ async fn genotypes(connection: &mut SqliteConnection, commit: &GenerationCommit<
             let genotype = &commit.population.members[evaluated.member as usize].genotype;
             key(&mut row, commit, evaluated.member).push_bind(genotype.to_bytes());
         });
-        run(connection, insert, chunk.len()).await?;
+        run(connection, insert).await?;
     }
     Ok(())
 }
@@ -226,7 +252,7 @@ fn key<'row, 'query>(
     row.push_bind(commit.replication.0).push_bind(commit.population.generation).push_bind(individual)
 }
 
-async fn run(connection: &mut SqliteConnection, mut insert: QueryBuilder<Sqlite>, rows: usize) -> Result {
-    insert.build().persistent(rows == ROWS).execute(connection).await?;
+async fn run(connection: &mut SqliteConnection, mut insert: QueryBuilder<Sqlite>) -> Result {
+    insert.build().persistent(true).execute(connection).await?;
     Ok(())
 }

@@ -123,6 +123,8 @@ pub enum Command {
     Serve(ServeArgs),
     /// Go on with what was interrupted, on this machine
     Resume(ResumeArgs),
+    /// Plan more generations for an experiment
+    Extend(ExtendArgs),
     /// Show a database in a browser
     Dashboard(DashboardArgs),
     /// Ask the database what happened
@@ -258,6 +260,26 @@ pub struct ResumeArgs {
     /// Where the dashboard is.
     #[command(flatten)]
     pub shown: Shown,
+}
+
+/// Arguments of `selftalk extend`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+It comes to the same history as if it had been planned for so many from the beginning. Replications that have ended at their
+first optimum, as evolution.stop_at_optimum asks for, stay as they are. No master may be running.
+
+Examples:
+  selftalk extend quickstart --generations 200
+  selftalk resume quickstart
+
+`selftalk --help` lists the exit codes.")]
+pub struct ExtendArgs {
+    /// The experiment
+    #[arg(value_name = "EXPERIMENT")]
+    pub experiment: String,
+    /// Generations of each replication, those that it has included
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub generations: u32,
 }
 
 /// Arguments of `selftalk history`.

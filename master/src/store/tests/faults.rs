@@ -74,8 +74,9 @@ async fn a_master_killed_within_a_commit_resumes_at_the_generation_before() {
     let mut state = store.begin().await.unwrap();
     let at = crate::store::read::replication(&mut state.connection, id).await.unwrap();
     let GenerationRecord { population, evaluated, scored, ranking } = &record;
-    let (finished, wall) = (true, Duration::ZERO);
-    let commit = GenerationCommit { replication: id, population, evaluated, scored, ranking, finished, wall };
+    let (task, finished, wall) = (Task::Elementary, true, Duration::ZERO);
+    let commit =
+        GenerationCommit { replication: id, task, population, evaluated, scored, ranking, finished, wall };
     let checked = crate::store::commit::Checked::new(commit, at).unwrap();
     crate::store::write::generation(&mut state.connection, &checked).await.unwrap();
 

@@ -6,6 +6,7 @@ mod round_trip;
 
 use std::time::Duration;
 
+use selftalk_sim::experiment::Task;
 use selftalk_sim::{Experiment, TrialOutcome};
 
 use super::{Evaluated, GenerationCommit, GenerationRecord, ReplicationId, Store, StoreError, WorkerId};
@@ -63,6 +64,7 @@ pub(crate) async fn commit(
     store
         .commit_generation(GenerationCommit {
             replication,
+            task: Task::Elementary,
             population,
             evaluated,
             scored,

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use selftalk_sim::Behaviour;
+
 use super::*;
 use crate::store::{MemoryStore, ReplicationState, SqliteStore, Unproven, WorkerInfo};
 
@@ -37,6 +39,29 @@ async fn every_generation_reads_back_equal() {
             );
         }
         assert!(generations.read(130).await.is_err());
+    }
+}
+
+#[tokio::test]
+async fn what_the_best_came_to_is_told_by_behaviour() {
+    let (_folder, store) = fresh().await;
+    let written = run(&store, &experiment("a"), 30).await;
+    for (replication, written) in
+        store.experiment("a").await.unwrap().unwrap().replications.iter().zip(&written)
+    {
+        let told = store.list_behaviours(replication.id).await.unwrap();
+        let expected = written.iter().map(|record| record.behaviours(Task::Elementary));
+        assert!(told.iter().cloned().eq((0..).zip(expected)));
+        for (at, behaviour) in Behaviour::ELEMENTARY.into_iter().enumerate() {
+            let sum = store.sum_behaviour(replication.id, behaviour, 7..=22).await.unwrap().unwrap();
+            let parts: Vec<_> = told[7..=22].iter().map(|(_, behaviours)| behaviours[at]).collect();
+            let score = parts.iter().map(|part| part.score).sum::<f64>() / 16.0;
+            assert_eq!((sum.behaviour, sum.trials), (behaviour, 16 * 4));
+            assert_eq!(sum.successes, parts.iter().map(|part| part.successes).sum::<u32>());
+            assert!((sum.score - score).abs() < 1e-12, "{sum:?}, {score}");
+        }
+        let nothing = store.sum_behaviour(replication.id, Behaviour::MoveToTarget, 0..=29).await;
+        assert_eq!(nothing.unwrap(), None);
     }
 }
 
