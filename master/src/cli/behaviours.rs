@@ -43,15 +43,14 @@ pub(super) async fn behaviours(store: &SqliteStore, filter: &BehaviourFilter) ->
     for stored in select::replications(store, &filter.of).await? {
         let simulator = Simulator::new(&stored.experiment)?;
         for replication in &stored.replications {
-            let mut bins = Vec::new();
-            for generations in edges(replication.generations, filter.bins) {
+            let edges: Vec<_> = edges(replication.generations, filter.bins).collect();
+            let sums = store.sum_behaviours(replication.id, simulator.behaviours(), &edges).await?;
+            let bin = |(generations, sums): (_, Vec<_>)| {
                 let mut tally = Tally::default();
-                for behaviour in simulator.behaviours() {
-                    let sum = store.sum_behaviour(replication.id, *behaviour, generations.clone()).await?;
-                    sum.iter().for_each(|sum| tally.add(sum));
-                }
-                bins.push(Bin { generations, tally });
-            }
+                sums.iter().for_each(|sum| tally.add(sum));
+                Bin { generations, tally }
+            };
+            let bins: Vec<Bin> = edges.into_iter().zip(sums).map(bin).collect();
             if filter.curves {
                 curves(&mut table, &stored, replication, &bins);
             } else {

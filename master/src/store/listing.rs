@@ -124,10 +124,24 @@ const BEST_GENERATION: &str =
 const BEST_BEHAVIOURS: &str = "SELECT generation, behaviour, trials, successes, score FROM best_behaviour \
      WHERE replication_id = ?1 ORDER BY generation";
 
-/// What the best individuals of replication ?1 came to in behaviour ?2, from generation ?3 to generation ?4.
-// Behaviour by behaviour, as all behaviours in one question would have to be sorted.
-const SUM_OF_BEHAVIOUR: &str = "SELECT sum(trials), sum(successes), sum(score * trials) / sum(trials) \
-     FROM best_behaviour WHERE replication_id = ?1 AND behaviour = ?2 AND generation BETWEEN ?3 AND ?4";
+/// Most parts that a question may be put together of; SQLite takes 500.
+const PARTS: usize = 400;
+
+/// What the best individuals of replication ?1 came to in each behaviour and bin: the bin's number, the behaviour's, and the
+/// sums. Part by part, as grouping would have to sort.
+fn sums(parts: &[(usize, Behaviour, &RangeInclusive<u32>)]) -> String {
+    let part = |(bin, behaviour, generations): &(usize, Behaviour, &RangeInclusive<u32>)| {
+        format!(
+            "SELECT {bin}, {}, sum(trials), sum(successes), sum(score * trials) / sum(trials) FROM best_behaviour \
+             WHERE replication_id = ?1 AND behaviour = '{}' AND generation BETWEEN {} AND {}",
+            *behaviour as usize,
+            behaviour.name(),
+            generations.start(),
+            generations.end()
+        )
+    };
+    parts.iter().map(part).collect::<Vec<_>>().join(" UNION ALL ")
+}
 
 impl SqliteStore {
     /// A replication's generations, or one of them.
@@ -187,24 +201,38 @@ impl SqliteStore {
         Ok(rows.chunk_by(|a, b| a.0 == b.0).filter_map(of_generation).collect())
     }
 
-    /// What the best individuals of some generations came to in a behaviour, all of them together; none without trials
-    /// of it.
+    /// What the best individuals of each bin of generations came to in these behaviours, those of a bin together. What it
+    /// has no trials of is left out.
     ///
     /// # Errors
     /// [`StoreError`] when the history cannot be read.
-    pub async fn sum_behaviour(
+    pub async fn sum_behaviours(
         &self,
         replication: ReplicationId,
-        behaviour: Behaviour,
-        generations: RangeInclusive<u32>,
-    ) -> Result<Option<BehaviourSummary>, StoreError> {
-        let query = sqlx::query_as(SUM_OF_BEHAVIOUR).bind(replication.0).bind(behaviour.name());
-        let query = query.bind(*generations.start()).bind(*generations.end());
+        behaviours: &[Behaviour],
+        bins: &[RangeInclusive<u32>],
+    ) -> Result<Vec<Vec<BehaviourSummary>>, StoreError> {
+        let parts = bins.iter().enumerate();
+        let parts: Vec<_> = parts
+            .flat_map(|(bin, generations)| behaviours.iter().map(move |of| (bin, *of, generations)))
+            .collect();
+        let mut summaries = vec![Vec::new(); bins.len()];
         let mut state = self.state().await;
-        let sums = query.fetch_one(&mut state.connection).await;
-        let sums: (Option<u32>, Option<u32>, Option<f64>) = sums.map_err(|error| self.fail(&error))?;
-        let (Some(trials), Some(successes), Some(score)) = sums else { return Ok(None) };
-        Ok(Some(BehaviourSummary { behaviour, trials, successes, score }))
+        for parts in parts.chunks(PARTS) {
+            // Numbers and names of behaviours.
+            let query = sqlx::query_as(sqlx::AssertSqlSafe(sums(parts))).bind(replication.0);
+            let rows = query.fetch_all(&mut state.connection).await;
+            let rows: Vec<(u32, u32, Option<u32>, Option<u32>, Option<f64>)> =
+                rows.map_err(|error| self.fail(&error))?;
+            for (bin, behaviour, trials, successes, score) in rows {
+                let (Some(trials), Some(successes), Some(score)) = (trials, successes, score) else {
+                    continue;
+                };
+                let behaviour = Behaviour::ALL[behaviour as usize];
+                summaries[bin as usize].push(BehaviourSummary { behaviour, trials, successes, score });
+            }
+        }
+        Ok(summaries)
     }
 
     /// The individuals of a generation by rank, or only the best of them.
@@ -298,14 +326,16 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let store = SqliteStore::open_writer(&folder.path().join("history.db")).await.unwrap();
         let mut state = store.state().await;
-        for question in [BEST_GENERATION, SUM_OF_BEHAVIOUR] {
+        let (first, second) = (0..=4, 5..=9);
+        let sums = sums(&[(0, Behaviour::Reach, &first), (1, Behaviour::Move, &second)]);
+        for question in [BEST_GENERATION, sums.as_str()] {
             let plan = sqlx::AssertSqlSafe(format!("EXPLAIN QUERY PLAN {question}"));
             let query = sqlx::query_as(plan);
             let plan: Vec<(i64, i64, i64, String)> = query.fetch_all(&mut state.connection).await.unwrap();
             for (_, _, _, step) in plan {
                 let of_individuals = ["individual", "evaluation", "trial"];
                 let of_individuals = of_individuals.iter().any(|table| step.contains(&format!(" {table} ")));
-                let sorts = question == SUM_OF_BEHAVIOUR && step.contains("TEMP B-TREE");
+                let sorts = question == sums && step.contains("TEMP B-TREE");
                 assert!(!of_individuals && !sorts && !step.starts_with("SCAN best_behaviour"), "{step}");
             }
         }

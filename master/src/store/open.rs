@@ -16,6 +16,9 @@ pub(super) const APPLICATION_ID: i64 = 0x736c_6674;
 
 static MIGRATIONS: Migrator = sqlx::migrate!("../migrations");
 
+/// Rows that SQLite's thread may be ahead of their reader: with few the two wait for each other again and again.
+const ROWS_AHEAD: usize = 4096;
+
 /// How long to wait for another program that has the file.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -89,6 +92,7 @@ fn options(path: &Path) -> SqliteConnectOptions {
         .filename(path)
         .foreign_keys(true)
         .busy_timeout(PATIENCE)
+        .row_buffer_size(ROWS_AHEAD)
         .disable_statement_logging()
 }
 
