@@ -124,6 +124,9 @@ const BEST_GENERATION: &str =
 const BEST_BEHAVIOURS: &str = "SELECT generation, behaviour, trials, successes, score FROM best_behaviour \
      WHERE replication_id = ?1 ORDER BY generation";
 
+/// Bin, behaviour, trials, successes and mean score.
+type SumRow = (u32, u32, Option<u32>, Option<u32>, Option<f64>);
+
 /// Most parts that a question may be put together of; SQLite takes 500.
 const PARTS: usize = 400;
 
@@ -222,8 +225,7 @@ impl SqliteStore {
             // Numbers and names of behaviours.
             let query = sqlx::query_as(sqlx::AssertSqlSafe(sums(parts))).bind(replication.0);
             let rows = query.fetch_all(&mut state.connection).await;
-            let rows: Vec<(u32, u32, Option<u32>, Option<u32>, Option<f64>)> =
-                rows.map_err(|error| self.fail(&error))?;
+            let rows: Vec<SumRow> = rows.map_err(|error| self.fail(&error))?;
             for (bin, behaviour, trials, successes, score) in rows {
                 let (Some(trials), Some(successes), Some(score)) = (trials, successes, score) else {
                     continue;
