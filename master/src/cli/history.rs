@@ -5,7 +5,7 @@ use super::behaviours::behaviours;
 use super::output::{Cell, Table};
 use super::{Global, select};
 use crate::exit::Failure;
-use crate::store::{IndividualEntry, ReplicationState, SqliteStore, StoredExperiment};
+use crate::store::{GenerationEntry, IndividualEntry, ReplicationState, SqliteStore, StoredExperiment};
 
 /// Carries out the command.
 ///
@@ -111,12 +111,9 @@ async fn generations(store: &SqliteStore, filter: &GenerationFilter) -> Result<T
         "committed_at",
     ]);
     let experiments = select::replications(store, &filter.of).await?;
-    for (stored, replication, _) in select::generations(&experiments, filter.generation)? {
-        let entries = if filter.best {
-            store.best_generation(replication.id).await?.into_iter().collect()
-        } else {
-            store.list_generations(replication.id, filter.generation).await?
-        };
+    let meant = select::generations(&experiments, filter.generation)?;
+    let mut add = |place: usize, entries: Vec<GenerationEntry>| {
+        let (stored, replication, _) = meant[place];
         for entry in entries {
             table.push([
                 stored.experiment.name.as_str().into(),
@@ -133,6 +130,14 @@ async fn generations(store: &SqliteStore, filter: &GenerationFilter) -> Result<T
                 entry.committed_at.into(),
             ]);
         }
+    };
+    if filter.best {
+        for (place, (_, replication, _)) in meant.iter().enumerate() {
+            add(place, store.best_generation(replication.id).await?.into_iter().collect());
+        }
+    } else {
+        let replications: Vec<_> = meant.iter().map(|(_, replication, _)| replication.id).collect();
+        store.each_generations(&replications, filter.generation, add).await?;
     }
     Ok(table)
 }

@@ -113,13 +113,13 @@ impl fmt::Display for Cell {
         match self {
             Self::Empty => Ok(()),
             Self::Text(text) => f.write_str(text),
-            Self::Integer(value) => write!(f, "{value}"),
-            Self::Real(value) => write!(f, "{value}"),
+            Self::Integer(value) => value.fmt(f),
+            Self::Real(value) => value.fmt(f),
             Self::List(values) => values.iter().enumerate().try_for_each(|(place, value)| {
                 let separator = if place == 0 { "" } else { " " };
                 write!(f, "{separator}{value}")
             }),
-            Self::Truth(value) => write!(f, "{value}"),
+            Self::Truth(value) => value.fmt(f),
         }
     }
 }
@@ -141,7 +141,8 @@ impl Serialize for Cell {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     columns: Vec<Cow<'static, str>>,
-    rows: Vec<Vec<Cell>>,
+    /// Row by row.
+    cells: Vec<Cell>,
 }
 
 /// A row as a JSON object, keys in the order of the columns.
@@ -161,25 +162,25 @@ impl Table {
     /// A table without rows.
     #[must_use]
     pub fn new<T: Into<Cow<'static, str>>>(columns: impl IntoIterator<Item = T>) -> Self {
-        Self { columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }
+        Self { columns: columns.into_iter().map(Into::into).collect(), cells: Vec::new() }
     }
 
     /// Adds a row with a value for every column.
-    pub fn push(&mut self, row: impl Into<Vec<Cell>>) {
-        let row = row.into();
-        debug_assert_eq!(row.len(), self.columns.len());
-        self.rows.push(row);
+    pub fn push(&mut self, row: impl IntoIterator<Item = Cell>) {
+        self.cells.extend(row);
+        debug_assert_eq!(self.cells.len() % self.columns.len(), 0);
+    }
+
+    fn rows(&self) -> impl Iterator<Item = &[Cell]> {
+        self.cells.chunks_exact(self.columns.len())
     }
 
     /// The same without these columns.
     #[must_use]
     pub fn without(mut self, columns: &[&str]) -> Self {
         let kept: Vec<bool> = self.columns.iter().map(|column| !columns.contains(&&**column)).collect();
-        let keep = |row: &mut Vec<Cell>| {
-            let mut kept = kept.iter();
-            row.retain(|_| kept.next().copied().unwrap_or_default());
-        };
-        self.rows.iter_mut().for_each(keep);
+        let mut cell = kept.iter().cycle();
+        self.cells.retain(|_| cell.next().copied().unwrap_or_default());
         self.columns.retain(|column| !columns.contains(&&**column));
         self
     }
@@ -187,7 +188,7 @@ impl Table {
     /// Whether there are no rows.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+        self.cells.is_empty()
     }
 
     /// Prints to stdout. A reader that has had enough (`| head`) is no failure.
@@ -219,7 +220,7 @@ impl Table {
     /// wider, if its numbers allow it.
     fn write_table(&self, out: &mut impl Write, width: Option<u16>) -> io::Result<()> {
         let shown = |column: &usize| {
-            self.rows.is_empty() || self.rows.iter().any(|row| !row[*column].to_string().is_empty())
+            self.cells.is_empty() || self.rows().any(|row| !row[*column].to_string().is_empty())
         };
         let shown: Vec<usize> = (0..self.columns.len()).filter(shown).collect();
         let mut table = comfy_table::Table::new();
@@ -229,16 +230,15 @@ impl Table {
         }
         table.set_header(shown.iter().map(|&column| self.columns[column].as_ref()));
         let words = |cell: &Cell| if width.is_some() { cell.brief() } else { cell.short() };
-        for row in &self.rows {
+        for row in self.rows() {
             table.add_row(shown.iter().map(|&column| words(&row[column])));
         }
         for (&column, drawn) in shown.iter().zip(table.column_iter_mut()) {
-            if self.rows.iter().any(|row| row[column].is_number()) {
+            if self.rows().any(|row| row[column].is_number()) {
                 drawn.set_cell_alignment(CellAlignment::Right);
             }
             // Words of which a line has no room are worse than a line that is too long.
-            let most =
-                self.rows.iter().map(|row| words(&row[column]).chars().count()).max().unwrap_or_default();
+            let most = self.rows().map(|row| words(&row[column]).chars().count()).max().unwrap_or_default();
             drawn.set_constraint(if most > usize::from(BREAKABLE) {
                 ColumnConstraint::LowerBoundary(Width::Fixed(BREAKABLE))
             } else {
@@ -254,23 +254,28 @@ impl Table {
 
     fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
         let mut separator = "[";
-        for row in &self.rows {
+        for row in self.rows() {
             write!(out, "{separator}\n  ")?;
             serde_json::to_writer(&mut *out, &Object(&self.columns, row))?;
             separator = ",";
         }
-        writeln!(out, "{}", if self.rows.is_empty() { "[]" } else { "\n]" })
+        writeln!(out, "{}", if self.cells.is_empty() { "[]" } else { "\n]" })
     }
 
     fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
         let mut writer = csv::Writer::from_writer(out);
         writer.write_record(self.columns.iter().map(|column| column.as_bytes()))?;
         let mut field = Vec::new();
-        for row in &self.rows {
+        for row in self.rows() {
             for cell in row {
-                field.clear();
-                write!(field, "{cell}")?;
-                writer.write_field(&field)?;
+                match cell {
+                    Cell::Text(text) => writer.write_field(text)?,
+                    _ => {
+                        field.clear();
+                        write!(field, "{cell}")?;
+                        writer.write_field(&field)?;
+                    }
+                }
             }
             writer.write_record(None::<&[u8]>)?;
         }

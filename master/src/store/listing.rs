@@ -3,18 +3,22 @@
 use std::ops::RangeInclusive;
 
 use selftalk_sim::Behaviour;
+use serde::Deserialize;
 use sqlx::FromRow;
+use tokio_stream::StreamExt;
 
-use super::{BehaviourSummary, ReplicationId, SqliteStore, StoreError};
+use super::{BehaviourSummary, ReplicationId, SqliteStore, StoreError, packed};
 
-/// What a generation came to.
-#[derive(Debug, Clone, PartialEq, FromRow)]
+/// What a generation came to. Its fields are in the order of [`generations`].
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct GenerationEntry {
     /// Generation, counted from 0.
     pub generation: u32,
     /// Fitness of its best individual.
+    #[serde(deserialize_with = "packed::real")]
     pub best_fitness: f64,
     /// Mean fitness.
+    #[serde(deserialize_with = "packed::real")]
     pub mean_fitness: f64,
     /// Successful trials of the best individual.
     pub best_successes: u32,
@@ -111,10 +115,17 @@ pub struct WorkerEntry {
     pub audited_at: Option<String>,
 }
 
-/// The generations of replication ?1 from ?2 to ?3.
-const GENERATIONS: &str = "SELECT number AS generation, best_fitness, mean_fitness, best_successes, most_successes, \
-        optimal_individuals, distinct_genotypes, best_individual, wall_ms, committed_at \
-     FROM generation WHERE replication_id = ?1 AND number BETWEEN ?2 AND ?3 ORDER BY number";
+/// The generations of the replications in the JSON array ?1 from ?2 to ?3, packed: a row a replication, with its place in
+/// the array.
+fn generations() -> String {
+    let (best_fitness, mean_fitness) = (packed::column("best_fitness"), packed::column("mean_fitness"));
+    format!(
+        "SELECT asked.key, (SELECT json_group_array(json_array(number, {best_fitness}, {mean_fitness}, best_successes, \
+            most_successes, optimal_individuals, distinct_genotypes, best_individual, wall_ms, committed_at)) \
+            FROM generation WHERE replication_id = asked.value AND number BETWEEN ?2 AND ?3) \
+         FROM json_each(?1) AS asked"
+    )
+}
 
 /// The generation with the fittest individual of replication ?1, the first of them.
 const BEST_GENERATION: &str =
@@ -156,11 +167,36 @@ impl SqliteStore {
         replication: ReplicationId,
         generation: Option<u32>,
     ) -> Result<Vec<GenerationEntry>, StoreError> {
+        let mut all = Vec::new();
+        self.each_generations(&[replication], generation, |_, entries| all = entries).await?;
+        Ok(all)
+    }
+
+    /// Hands over each replication's generations, or one of them, with its place in `replications`. The next are read
+    /// meanwhile.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the history cannot be read.
+    pub async fn each_generations(
+        &self,
+        replications: &[ReplicationId],
+        generation: Option<u32>,
+        mut take: impl FnMut(usize, Vec<GenerationEntry>),
+    ) -> Result<(), StoreError> {
+        let asked: serde_json::Value = replications.iter().map(|replication| replication.0).collect();
         let (first, last) = generation.map_or((0, u32::MAX), |generation| (generation, generation));
-        let query = sqlx::query_as(GENERATIONS).bind(replication.0).bind(first).bind(last);
+        let query = sqlx::query_as(sqlx::AssertSqlSafe(generations()));
+        let query = query.bind(asked.to_string()).bind(first).bind(last);
         let mut state = self.state().await;
-        let rows = query.fetch_all(&mut state.connection).await;
-        rows.map_err(|error| self.fail(&error))
+        let mut rows = query.fetch(&mut state.connection);
+        while let Some(row) = rows.next().await {
+            let (place, packed): (u32, String) = row.map_err(|error| self.fail(&error))?;
+            let mut entries: Vec<GenerationEntry> =
+                packed::rows(&packed).map_err(|error| self.fail(&error))?;
+            entries.sort_by_key(|entry| entry.generation);
+            take(place as usize, entries);
+        }
+        Ok(())
     }
 
     /// The generation with a replication's fittest individual, the first of them.
@@ -330,14 +366,14 @@ mod tests {
         let mut state = store.state().await;
         let (first, second) = (0..=4, 5..=9);
         let sums = sums(&[(0, Behaviour::Reach, &first), (1, Behaviour::Move, &second)]);
-        for question in [BEST_GENERATION, sums.as_str()] {
+        for question in [BEST_GENERATION, &generations(), &sums] {
             let plan = sqlx::AssertSqlSafe(format!("EXPLAIN QUERY PLAN {question}"));
             let query = sqlx::query_as(plan);
             let plan: Vec<(i64, i64, i64, String)> = query.fetch_all(&mut state.connection).await.unwrap();
             for (_, _, _, step) in plan {
                 let of_individuals = ["individual", "evaluation", "trial"];
                 let of_individuals = of_individuals.iter().any(|table| step.contains(&format!(" {table} ")));
-                let sorts = question == sums && step.contains("TEMP B-TREE");
+                let sorts = question != BEST_GENERATION && step.contains("TEMP B-TREE");
                 assert!(!of_individuals && !sorts && !step.starts_with("SCAN best_behaviour"), "{step}");
             }
         }

@@ -14,6 +14,7 @@ mod lock;
 mod memory;
 mod model;
 mod open;
+mod packed;
 mod read;
 mod retest;
 mod sqlite;

@@ -38,7 +38,8 @@ const REPLICATIONS: &str = "\
     SELECT replication.id, replication.number, finished_at IS NOT NULL AS finished, generation.number AS last, \
         best_fitness, mean_fitness, best_successes, most_successes, \
         optimal_individuals AS optimal, distinct_genotypes, \
-        (SELECT min(number) FROM generation WHERE replication_id = replication.id AND optimal_individuals > 0) \
+        (SELECT min(number) FROM generation INDEXED BY generation_optimal \
+            WHERE replication_id = replication.id AND optimal_individuals > 0) \
             AS first_optimal \
     FROM replication \
     LEFT JOIN generation ON generation.replication_id = replication.id AND generation.number = \
