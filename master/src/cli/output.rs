@@ -265,11 +265,12 @@ impl Table {
     fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
         let mut writer = csv::Writer::from_writer(out);
         writer.write_record(self.columns.iter().map(|column| column.as_bytes()))?;
-        let mut field = Vec::new();
+        let (mut integer, mut field) = (itoa::Buffer::new(), Vec::new());
         for row in self.rows() {
             for cell in row {
                 match cell {
                     Cell::Text(text) => writer.write_field(text)?,
+                    Cell::Integer(value) => writer.write_field(integer.format(*value))?,
                     _ => {
                         field.clear();
                         write!(field, "{cell}")?;
