@@ -2,7 +2,7 @@
 
 use super::args::{GenerationFilter, HistoryArgs, HistoryCommand, IndividualFilter, LineageFilter};
 use super::behaviours::behaviours;
-use super::output::{Cell, Table};
+use super::output::{Cell, Lines, Table};
 use super::{Global, select};
 use crate::exit::Failure;
 use crate::store::{GenerationEntry, IndividualEntry, ReplicationState, SqliteStore, StoredExperiment};
@@ -12,7 +12,13 @@ use crate::store::{GenerationEntry, IndividualEntry, ReplicationState, SqliteSto
 /// # Errors
 /// [`Failure`] with the exit code and the line to print.
 pub async fn run(args: HistoryArgs, global: &Global) -> Result<(), Failure> {
-    table(&select::open(global).await?, &args.what).await?.print(global.format)
+    let store = select::open(global).await?;
+    if let HistoryCommand::Generations(filter) = &args.what {
+        let mut lines = Lines::new(GENERATION, global.format);
+        generations(&store, filter, |row| lines.push(row)).await?;
+        return lines.print();
+    }
+    table(&store, &args.what).await?.print(global.format)
 }
 
 pub(super) async fn table(store: &SqliteStore, what: &HistoryCommand) -> Result<Table, Failure> {
@@ -21,7 +27,11 @@ pub(super) async fn table(store: &SqliteStore, what: &HistoryCommand) -> Result<
             Ok(experiments(&select::experiments(store, filter.experiment.as_deref()).await?))
         }
         HistoryCommand::Replications(filter) => Ok(replications(&select::replications(store, filter).await?)),
-        HistoryCommand::Generations(filter) => generations(store, filter).await,
+        HistoryCommand::Generations(filter) => {
+            let mut table = Table::new(GENERATION);
+            generations(store, filter, |row| table.push(row)).await?;
+            Ok(table)
+        }
         HistoryCommand::Individuals(filter) => individuals(store, filter).await,
         HistoryCommand::Lineage(filter) => lineage(store, filter).await,
         HistoryCommand::Behaviours(filter) => behaviours(store, filter).await,
@@ -95,27 +105,33 @@ pub fn replications(experiments: &[StoredExperiment]) -> Table {
     table
 }
 
-async fn generations(store: &SqliteStore, filter: &GenerationFilter) -> Result<Table, Failure> {
-    let mut table = Table::new([
-        "experiment",
-        "replication",
-        "generation",
-        "best_fitness",
-        "mean_fitness",
-        "best_successes",
-        "most_successes",
-        "optimal",
-        "distinct",
-        "best_individual",
-        "wall_ms",
-        "committed_at",
-    ]);
+const GENERATION: [&str; 12] = [
+    "experiment",
+    "replication",
+    "generation",
+    "best_fitness",
+    "mean_fitness",
+    "best_successes",
+    "most_successes",
+    "optimal",
+    "distinct",
+    "best_individual",
+    "wall_ms",
+    "committed_at",
+];
+
+/// Hands over a row a generation.
+async fn generations(
+    store: &SqliteStore,
+    filter: &GenerationFilter,
+    mut row: impl FnMut([Cell; GENERATION.len()]),
+) -> Result<(), Failure> {
     let experiments = select::replications(store, &filter.of).await?;
     let meant = select::generations(&experiments, filter.generation)?;
     let mut add = |place: usize, entries: Vec<GenerationEntry>| {
         let (stored, replication, _) = meant[place];
         for entry in entries {
-            table.push([
+            row([
                 stored.experiment.name.as_str().into(),
                 replication.number.into(),
                 entry.generation.into(),
@@ -139,7 +155,7 @@ async fn generations(store: &SqliteStore, filter: &GenerationFilter) -> Result<T
         let replications: Vec<_> = meant.iter().map(|(_, replication, _)| replication.id).collect();
         store.each_generations(&replications, filter.generation, add).await?;
     }
-    Ok(table)
+    Ok(())
 }
 
 const INDIVIDUAL: [&str; 13] = [

@@ -1,5 +1,7 @@
 //! Data for people and for programs: one table, three formats.
 
+mod lines;
+
 use std::borrow::Cow;
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
@@ -7,6 +9,7 @@ use std::io::{self, IsTerminal, Write};
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Width, presets};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
+pub use self::lines::Lines;
 use super::Format;
 use crate::exit::{Exit, Failure};
 
@@ -253,18 +256,35 @@ impl Table {
     }
 
     fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
-        let mut separator = "[";
+        self.write_json_rows(true, out)?;
+        writeln!(out, "{}", if self.cells.is_empty() { "[]" } else { "\n]" })
+    }
+
+    /// The rows alone: the first ones, or such that follow others.
+    fn write_json_rows(&self, first: bool, out: &mut impl Write) -> io::Result<()> {
+        let mut separator = if first { "[" } else { "," };
         for row in self.rows() {
             write!(out, "{separator}\n  ")?;
             serde_json::to_writer(&mut *out, &Object(&self.columns, row))?;
             separator = ",";
         }
-        writeln!(out, "{}", if self.cells.is_empty() { "[]" } else { "\n]" })
+        Ok(())
     }
 
     fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
+        self.write_csv_head(out)?;
+        self.write_csv_rows(out)
+    }
+
+    fn write_csv_head(&self, out: &mut impl Write) -> io::Result<()> {
         let mut writer = csv::Writer::from_writer(out);
         writer.write_record(self.columns.iter().map(|column| column.as_bytes()))?;
+        writer.flush()
+    }
+
+    /// The rows alone.
+    fn write_csv_rows(&self, out: &mut impl Write) -> io::Result<()> {
+        let mut writer = csv::Writer::from_writer(out);
         let (mut integer, mut field) = (itoa::Buffer::new(), Vec::new());
         for row in self.rows() {
             for cell in row {
