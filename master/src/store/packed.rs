@@ -12,7 +12,7 @@ const UNITS: i64 = 1 << 60;
 /// they have 15 digits only.
 pub(super) fn column(name: &str) -> String {
     let units = format!("CAST({name} * {UNITS} AS INTEGER)");
-    format!("iif({units} = {name} * {UNITS}, {units}, printf('%!.20g', {name}))")
+    format!("CASE {name} * {UNITS} WHEN {units} THEN {units} ELSE printf('%!.20g', {name}) END")
 }
 
 /// Reads what [`column`] wrote.
