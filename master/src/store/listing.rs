@@ -9,7 +9,7 @@ use tokio_stream::StreamExt;
 
 use super::{BehaviourSummary, ReplicationId, SqliteStore, StoreError, packed};
 
-/// What a generation came to. Its fields are in the order of [`generations`].
+/// What a generation came to; the fields in the order in which they are asked for.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct GenerationEntry {
     /// Generation, counted from 0.
