@@ -29,14 +29,13 @@ def urdf(_):
 
 
 def poses(postures):
-    """For each posture: position and rotation of every moving link, centre of the palm's surface, tips of the
-    fingers."""
+    """For each posture: position and rotation of every moving link, the palm, tips of the fingers."""
     spec = model.robot()
     names = model.name_shapes(spec)
     compiled = spec.compile()
     data = mujoco.MjData(compiled)
     links = compiled.jnt_bodyid
-    palm = compiled.geom(names["palm"][0]).id
+    hand = compiled.geom_bodyid[compiled.geom(names["palm"][0]).id]
     tips = [compiled.geom(name).id for name in names["tips"]]
     answer = []
     for angles in postures:
@@ -46,7 +45,7 @@ def poses(postures):
             {
                 "positions": data.xpos[links].tolist(),
                 "rotations": data.xmat[links].tolist(),
-                "palm": (data.geom_xpos[palm] - compiled.geom_size[palm][1] * axis(data, palm, 1)).tolist(),
+                "palm": (data.xpos[hand] + data.xmat[hand].reshape(3, 3) @ model.SETUP["palm"]).tolist(),
                 "tips": [(data.geom_xpos[i] + compiled.geom_size[i][1] * axis(data, i, 2)).tolist() for i in tips],
             }
         )

@@ -15,6 +15,7 @@ struct Setup {
     table: f64,
     gravity: f64,
     friction: f64,
+    palm: [f64; 3],
     object: Thing,
     servos: Vec<Servo>,
 }
@@ -44,7 +45,9 @@ fn the_referee_is_told_what_the_simulator_uses() {
     let Thing { radius, base, mass, inertia } = setup.object;
     assert_eq!([radius, base, mass], [scene::OBJECT_RADIUS, scene::OBJECT_BASE, scene::OBJECT_MASS]);
     assert!((inertia / scene::OBJECT_INERTIA - 1.0).abs() < 1e-12);
-    for joint in &RobotModel::icub().unwrap().joints {
+    let robot = RobotModel::icub().unwrap();
+    assert_eq!(setup.palm, <[f64; 3]>::from(robot.palm.point().coords));
+    for joint in &robot.joints {
         let servo = setup.servos.iter().find(|servo| joint.name.starts_with(&servo.prefix)).unwrap();
         assert_eq!([servo.stiffness, servo.armature], [joint.stiffness, joint.armature], "{}", joint.name);
     }
