@@ -3,7 +3,7 @@
 use super::args::{GenerationFilter, HistoryArgs, HistoryCommand, IndividualFilter, LineageFilter};
 use super::behaviours::behaviours;
 use super::output::{Cell, Lines, Table};
-use super::{Global, select};
+use super::{Format, Global, select};
 use crate::exit::Failure;
 use crate::store::{GenerationEntry, IndividualEntry, ReplicationState, SqliteStore, StoredExperiment};
 
@@ -12,31 +12,26 @@ use crate::store::{GenerationEntry, IndividualEntry, ReplicationState, SqliteSto
 /// # Errors
 /// [`Failure`] with the exit code and the line to print.
 pub async fn run(args: HistoryArgs, global: &Global) -> Result<(), Failure> {
-    let store = select::open(global).await?;
-    if let HistoryCommand::Generations(filter) = &args.what {
-        let mut lines = Lines::new(GENERATION, global.format);
-        generations(&store, filter, |row| lines.push(row)).await?;
-        return lines.print();
-    }
-    table(&store, &args.what).await?.print(global.format)
+    lines(&select::open(global).await?, &args.what, global.format).await?.print()
 }
 
-pub(super) async fn table(store: &SqliteStore, what: &HistoryCommand) -> Result<Table, Failure> {
-    match what {
+pub(super) async fn lines(
+    store: &SqliteStore,
+    what: &HistoryCommand,
+    format: Format,
+) -> Result<Lines, Failure> {
+    let table = match what {
         HistoryCommand::Experiments(filter) => {
-            Ok(experiments(&select::experiments(store, filter.experiment.as_deref()).await?))
+            experiments(&select::experiments(store, filter.experiment.as_deref()).await?)
         }
-        HistoryCommand::Replications(filter) => Ok(replications(&select::replications(store, filter).await?)),
-        HistoryCommand::Generations(filter) => {
-            let mut table = Table::new(GENERATION);
-            generations(store, filter, |row| table.push(row)).await?;
-            Ok(table)
-        }
-        HistoryCommand::Individuals(filter) => individuals(store, filter).await,
-        HistoryCommand::Lineage(filter) => lineage(store, filter).await,
-        HistoryCommand::Behaviours(filter) => behaviours(store, filter).await,
-        HistoryCommand::Workers => workers(store).await,
-    }
+        HistoryCommand::Replications(filter) => replications(&select::replications(store, filter).await?),
+        HistoryCommand::Generations(filter) => return generations(store, filter, format).await,
+        HistoryCommand::Individuals(filter) => individuals(store, filter).await?,
+        HistoryCommand::Lineage(filter) => lineage(store, filter).await?,
+        HistoryCommand::Behaviours(filter) => behaviours(store, filter).await?,
+        HistoryCommand::Workers => workers(store).await?,
+    };
+    Ok(Lines::of(table, format))
 }
 
 /// A line an experiment.
@@ -105,33 +100,33 @@ pub fn replications(experiments: &[StoredExperiment]) -> Table {
     table
 }
 
-const GENERATION: [&str; 12] = [
-    "experiment",
-    "replication",
-    "generation",
-    "best_fitness",
-    "mean_fitness",
-    "best_successes",
-    "most_successes",
-    "optimal",
-    "distinct",
-    "best_individual",
-    "wall_ms",
-    "committed_at",
-];
-
-/// Hands over a row a generation.
+/// A line a generation, written as they are read: there can be many.
 async fn generations(
     store: &SqliteStore,
     filter: &GenerationFilter,
-    mut row: impl FnMut([Cell; GENERATION.len()]),
-) -> Result<(), Failure> {
+    format: Format,
+) -> Result<Lines, Failure> {
+    let columns = [
+        "experiment",
+        "replication",
+        "generation",
+        "best_fitness",
+        "mean_fitness",
+        "best_successes",
+        "most_successes",
+        "optimal",
+        "distinct",
+        "best_individual",
+        "wall_ms",
+        "committed_at",
+    ];
+    let mut lines = Lines::new(columns, format);
     let experiments = select::replications(store, &filter.of).await?;
     let meant = select::generations(&experiments, filter.generation)?;
     let mut add = |place: usize, entries: Vec<GenerationEntry>| {
         let (stored, replication, _) = meant[place];
         for entry in entries {
-            row([
+            lines.push([
                 stored.experiment.name.as_str().into(),
                 replication.number.into(),
                 entry.generation.into(),
@@ -155,7 +150,7 @@ async fn generations(
         let replications: Vec<_> = meant.iter().map(|(_, replication, _)| replication.id).collect();
         store.each_generations(&replications, filter.generation, add).await?;
     }
-    Ok(())
+    Ok(lines)
 }
 
 const INDIVIDUAL: [&str; 13] = [

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use serde_json::Value;
 
-use super::output::Table;
+use super::output::Lines;
 use super::{Cli, Command, Format, digest, execute, history, select};
 use crate::evolution::founders;
 use crate::exit::{Exit, Failure};
@@ -35,21 +35,19 @@ async fn filled() -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-async fn answer(path: &Path, words: &str) -> Result<Table, Failure> {
+async fn answer(path: &Path, words: &str) -> Result<Lines, Failure> {
     let cli = Cli::try_parse_from(["selftalk"].into_iter().chain(words.split(' '))).unwrap();
     let store = SqliteStore::open_reader(path).await.unwrap();
     match cli.command {
-        Command::History(args) => history::table(&store, &args.what).await,
-        Command::Digest(args) => digest::table(&store, &args).await,
+        Command::History(args) => history::lines(&store, &args.what, Format::Json).await,
+        Command::Digest(args) => Ok(Lines::of(digest::table(&store, &args).await?, Format::Json)),
         other => panic!("{other:?}"),
     }
 }
 
 /// The answer as JSON objects.
 async fn objects(path: &Path, words: &str) -> Vec<Value> {
-    let mut out = Vec::new();
-    answer(path, words).await.unwrap().write(Format::Json, &mut out).unwrap();
-    serde_json::from_slice(&out).unwrap()
+    serde_json::from_slice(&answer(path, words).await.unwrap().text().unwrap()).unwrap()
 }
 
 #[tokio::test]
@@ -160,7 +158,7 @@ async fn what_is_not_there_is_a_usage_failure_that_says_what_is() {
             "there is no individual 100; they go from 0 to 99",
         ),
     ] {
-        assert_eq!(answer(&path, words).await, Err(Failure::new(Exit::Usage, message)), "{words}");
+        assert_eq!(answer(&path, words).await.err(), Some(Failure::new(Exit::Usage, message)), "{words}");
     }
     assert!(objects(&path, "history individuals --experiment b --replication 0").await.is_empty());
 }

@@ -25,7 +25,12 @@ pub struct Lines {
 impl Lines {
     /// A table without rows.
     pub fn new<T: Into<Cow<'static, str>>>(columns: impl IntoIterator<Item = T>, format: Format) -> Self {
-        let (table, mut text) = (Table::new(columns), Vec::new());
+        Self::of(Table::new(columns), format)
+    }
+
+    /// A table that is there already.
+    pub fn of(table: Table, format: Format) -> Self {
+        let mut text = Vec::new();
         let written = if format == Format::Csv { table.write_csv_head(&mut text) } else { Ok(()) };
         Self { format, table, text, written }
     }
@@ -59,7 +64,8 @@ impl Lines {
         }
     }
 
-    fn text(mut self) -> io::Result<Vec<u8>> {
+    /// What programs read.
+    pub(in crate::cli) fn text(mut self) -> io::Result<Vec<u8>> {
         std::mem::replace(&mut self.written, Ok(()))?;
         self.write_rows()?;
         if self.format == Format::Json {
